@@ -13,15 +13,13 @@ import time
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "firmware_protocol"))
-from fuzz_rounds import CODECS, Tally, Violation, flooded_bytes, grown_bytes, registered, run
+from fuzz_rounds import CODECS, Tally, Violation, grown_bytes, registered, run
 from fuzzing import FuzzCase
 
 BLOCK_FRAMES = 10_000
 """Each block of frames is a machine and a seed of its own, so that a failure repeats quickly."""
 WEIGHED_FRAMES = 10_000
-HEAD = (
-    f"{'':<20}{'frames':>9}{'MB':>8}{'resyncs':>9}{'worst':>7}{'held':>8}{'grown':>8}{'flood':>9}"
-)
+HEAD = f"{'':<20}{'frames':>9}{'MB':>8}{'resyncs':>9}{'worst':>7}{'grown':>8}"
 
 
 def fuzz(case: FuzzCase, seed: int, frames: int) -> bool:
@@ -30,7 +28,7 @@ def fuzz(case: FuzzCase, seed: int, frames: int) -> bool:
     tally, block_seed = Tally(), seed
     try:
         weighed = min(WEIGHED_FRAMES, frames)
-        grown, flooded = grown_bytes(case, seed, weighed // 2), flooded_bytes(case, seed, weighed)
+        grown = grown_bytes(case, seed, weighed // 2)
         for block, at in enumerate(range(0, frames, BLOCK_FRAMES)):
             block_seed = seed + block
             tally.add(run(case, block_seed, min(BLOCK_FRAMES, frames - at)))
@@ -41,7 +39,7 @@ def fuzz(case: FuzzCase, seed: int, frames: int) -> bool:
         return False
     print(
         f"{case.name:<20}{tally.frames:>9}{tally.fed_bytes / 1e6:>8.1f}{tally.resyncs:>9}"
-        f"{tally.most_good_frames:>7}{tally.held_bytes:>8}{grown:>8}{flooded:>9}"
+        f"{tally.most_good_frames:>7}{grown:>8}"
         f"{time.perf_counter() - began_s:>8.1f} s",
         flush=True,
     )
@@ -58,7 +56,7 @@ def main(argv: list[str] | None = None) -> int:
     print(HEAD)
     cases = registered((options.codec,) if options.codec else CODECS)
     held = [fuzz(case, options.seed, options.frames) for case in cases]
-    print("worst: good frames until one was heard; held, grown and flood: bytes")
+    print("worst: good frames until one was heard; grown: bytes")
     return 0 if all(held) else 1
 
 

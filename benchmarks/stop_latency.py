@@ -35,7 +35,8 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import EmergencyStop, decode_request
 from firmware_protocol.mks import Stop as DriveStop
-from firmware_protocol.robko01 import Device, Stop
+from firmware_protocol.robko01 import Stop
+from firmware_protocol.robko01.messages import encode_request
 from kinematics import Motors
 from tests.conformance.motions import begin_sweep
 from tests.conformance.overrun import ENDINGS, StopMeasurement
@@ -57,13 +58,6 @@ MOMENTS_S = (0.1, 0.4)
 """When the stop is asked for, after the motion has begun: the queue is full within a tenth."""
 SWEEP_DEG = 40.0
 PATIENCE_S = 10.0
-
-
-def is_robko_stop(data: bytes) -> bool:
-    """Tell whether a write carries the Robko's stop."""
-    device = Device()
-    device.receive_data(data)
-    return isinstance(device.next_event(), Stop)
 
 
 def is_drive_stop(data: bytes) -> bool:
@@ -95,7 +89,7 @@ def _quick_stops(frame: Frame) -> bool:
 
 STOPS: dict[str, Callable[[bytes], bool]] = {
     "grbl": lambda data: b"!" in data,
-    "robko01": is_robko_stop,
+    "robko01": lambda data: encode_request(Stop()) in data,
     "mks": is_drive_stop,
     "cia402": is_quick_stop,
 }

@@ -1,11 +1,16 @@
 """Sans-IO codecs for the arm controllers' dialects: messages to bytes and back, for both ends.
 
-Each subpackage has messages, which are checked when they are built, and two ends: the host's and
-the device's. They share
+A driver gives a message to `Host.send`, which returns its bytes, and what the device says to
+`receive_data`; `next_event` then returns one message after the other, until it returns None. No
+input raises. Messages are checked when they are built.
+
+Each subpackage has the messages, with functions that encode and decode them, and the host's end.
+The device's end stands beside it if a firmware's reader is a machine of its own (Armdroid, GRBL,
+SDO server); else a simulated device decodes messages itself. The subpackages share
 
     errors   which side made a mistake
-    events   unreadable input, and a bounded queue
+    events   input that is unreadable or answers nothing, and a limited queue
     fields   the rules of a message's fields
-    lines    splitting bytes into lines, and how much of a bad line is kept
+    lines    splitting bytes into lines, and which line may answer a command
     frames   CAN frames as bytes
 """

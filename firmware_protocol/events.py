@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Generic, TypeVar
 
 from firmware_protocol.fields import message
@@ -53,9 +53,6 @@ class EventQueue(Generic[_Event]):
         self._most = most
         self._lost = 0
 
-    def __iter__(self) -> Iterator[_Event]:
-        return iter(self._events)
-
     def put(self, event: _Event) -> None:
         """Add an event; drop the oldest if the queue is full."""
         if len(self._events) == self._most:
@@ -73,8 +70,3 @@ class EventQueue(Generic[_Event]):
     def discard(self, unwanted: Callable[[_Event], bool]) -> None:
         """Discard the events that match."""
         self._events = deque(event for event in self._events if not unwanted(event))
-
-    def clear(self) -> None:
-        """Discard all events."""
-        self._events.clear()
-        self._lost = 0

@@ -6,10 +6,9 @@ A rule takes a field's name and value, and returns the value to store or raises 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from enum import Enum, IntEnum
-from types import FunctionType
-from typing import Any, TypeAlias, TypeVar, cast, dataclass_transform
+from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
 from firmware_protocol.errors import BadField, whole
 
@@ -25,10 +24,10 @@ def message(**rules: Rule) -> Callable[[type[M]], type[M]]:
     rules and can check fields against each other.
     """
 
-    def make(kind: type[M]) -> type[M]:
-        together: Callable[[M], None] | None = getattr(kind, "__post_init__", None)
+    def make(kind: Any) -> Any:
+        together: Callable[[Any], None] | None = getattr(kind, "__post_init__", None)
 
-        def check(self: M) -> None:
+        def check(self: Any) -> None:
             for name, rule in rules.items():
                 given = getattr(self, name)
                 kept = rule(name, given)
@@ -37,32 +36,11 @@ def message(**rules: Rule) -> Callable[[type[M]], type[M]]:
             if together is not None:
                 together(self)
 
-        made: Any = dataclass(frozen=True, slots=True, init=False)(kind)
-        made.__init__ = _storing_init(made, check if rules else together)
-        return cast("type[M]", made)
+        if rules:
+            kind.__post_init__ = check
+        return dataclass(frozen=True, slots=True)(kind)
 
     return make
-
-
-def _storing_init(kind: Any, check: Callable[..., None] | None) -> Callable[..., None]:
-    """Return an `__init__` that stores each field in its slot, then checks them.
-
-    A frozen dataclass's own one stores by `object.__setattr__`, which takes three times as long,
-    and a bus carries thousands of messages a second.
-    """
-    names = [each.name for each in fields(kind)]
-    known: dict[str, Any] = {f"_store_{name}": getattr(kind, name).__set__ for name in names}
-    lines = [f"def __init__({', '.join(['self', *names])}):"]
-    lines += [f"    _store_{name}(self, {name})" for name in names] or ["    pass"]
-    if check is not None:
-        known["_check"] = kind.__post_init__ = check
-        lines.append("    _check(self)")
-    exec("\n".join(lines), known)  # noqa: S102 - our own source
-    begin: FunctionType = known["__init__"]
-    begin.__qualname__ = f"{kind.__qualname__}.__init__"
-    begin.__annotations__ = {each.name: each.type for each in fields(kind)}
-    begin.__defaults__ = tuple(each.default for each in fields(kind) if each.default is not MISSING)
-    return begin
 
 
 def whole_from(low: int, high: int) -> Rule:

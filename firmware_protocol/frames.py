@@ -92,28 +92,12 @@ class Unpacker:
 
     def __init__(self) -> None:
         self._pending = bytearray()
-        self._skipped = 0
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return len(self._pending)
-
-    @property
-    def skipped(self) -> int:
-        """Number of bytes so far that belonged to no record."""
-        return self._skipped
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes in any chunks; return the frames that they complete."""
-        if not self._pending:  # fast path: most polls of a bus bring nothing or one whole record
-            if not data:
-                return []
-            if len(data) <= RECORD_MAX and (frame := _whole(bytes(data))) is not None:
-                return [frame]
         self._pending += data
         frames: list[Frame] = []
-        at, kept = 0, 0
+        at = 0
         while at < len(self._pending):
             size = _size(self._pending, at)
             if size is None or at + size > len(self._pending):
@@ -125,9 +109,7 @@ class Unpacker:
                 continue
             frames.append(frame)
             at += size
-            kept += size
         del self._pending[:at]
-        self._skipped += at - kept
         return frames
 
     def silence(self) -> list[Frame]:
@@ -135,7 +117,6 @@ class Unpacker:
         frames: list[Frame] = []
         while self._pending:
             del self._pending[0]
-            self._skipped += 1
             frames += self.feed(b"")
         return frames
 

@@ -1,4 +1,8 @@
-"""Split a byte stream into lines in bounded memory, for every dialect that uses lines."""
+"""Split a byte stream into lines, for every dialect that uses lines.
+
+Whoever feeds a splitter or a host fetches what it has found before feeding more, so neither limits
+how much waits. Only the length of a line is limited, because its end may never come.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,6 @@ from firmware_protocol.events import Unreadable
 E = TypeVar("E")  # a host's event for a line
 
 SHOWN_BYTES = 32  # how much of a line that is dropped is kept for messages
-MAX_EARLY = 256  # most events from before the latest command that a host keeps: the newest
 
 
 class LineSplitter:
@@ -21,15 +24,12 @@ class LineSplitter:
 
     A line ends at any byte of `terminators`. Empty lines are skipped, so that CR LF ends one line.
     A line longer than `max_length` bytes is dropped up to its terminator and reported once, as
-    soon as it becomes too long (its terminator may never come). At most `max_lines` entries are
-    queued. When the queue is full, its last entry reports the overflow, and further lines are lost
-    until entries are fetched.
+    soon as it becomes too long.
     """
 
-    def __init__(self, terminators: bytes, max_length: int = 256, max_lines: int = 256) -> None:
+    def __init__(self, terminators: bytes, max_length: int = 256) -> None:
         self._ends = re.compile(b"[" + re.escape(terminators) + b"]")
         self._max_length = max_length
-        self._max_lines = max_lines
         self._waiting: deque[bytes | Unreadable] = deque()
         self._partial = bytearray()
         self._dropping = False
@@ -38,12 +38,6 @@ class LineSplitter:
     def partial(self) -> bytes:
         """The incomplete line at the end of the input."""
         return bytes(self._partial)
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        held = sum(len(e.data if isinstance(e, Unreadable) else e) for e in self._waiting)
-        return held + len(self._partial)
 
     def feed(self, data: bytes) -> None:
         """Take bytes in any chunks."""
@@ -77,42 +71,27 @@ class LineSplitter:
         start = (bytes(self._partial) + piece[:shown])[:shown]
         self._partial.clear()
         self._dropping = True
-        self._put(Unreadable(start, f"a line of more than {self._max_length} bytes"))
+        self._waiting.append(Unreadable(start, f"a line of more than {self._max_length} bytes"))
 
     def _finish(self) -> None:
         if self._partial:
-            self._put(bytes(self._partial))
+            self._waiting.append(bytes(self._partial))
         self._partial.clear()
         self._dropping = False
-
-    def _put(self, entry: bytes | Unreadable) -> None:
-        room = self._max_lines - len(self._waiting)
-        if room > 1:
-            self._waiting.append(entry)
-        elif room == 1:
-            start = entry.data if isinstance(entry, Unreadable) else entry[:SHOWN_BYTES]
-            reason = f"{self._max_lines} lines were waiting: from here on they are lost"
-            self._waiting.append(Unreadable(start, reason))
 
 
 class LineHost(ABC, Generic[E]):
     """The receiving end of a host whose device answers in lines. No input raises.
 
     A dialect adds `_interpret`. A line is early if it began before the latest command was sent, so
-    it must not pass for the answer. Lines that consist only of `padding` are skipped. At most 256
-    lines and `MAX_EARLY` events are held.
+    it must not pass for the answer. Lines that consist only of `padding` are skipped.
     """
 
     def __init__(self, terminators: bytes, *, padding: bytes = b"", max_length: int = 256) -> None:
         self._lines = LineSplitter(terminators, max_length)
         self._padding = padding
-        self._early: deque[E | Unreadable] = deque(maxlen=MAX_EARLY)
+        self._early: deque[E | Unreadable] = deque()
         self._began_early = False
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._lines.buffered
 
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the device in any chunks."""

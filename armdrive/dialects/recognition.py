@@ -244,7 +244,7 @@ def comes_back(sent: Sequence[bytes], received: bytes) -> bool:
 
 def decoded(received: bytes, ends: bytes, decode: Callable[[bytes], M]) -> Iterator[M | None]:
     """Decode every line in some bytes, also an unfinished last one; yield None if that fails."""
-    lines = LineSplitter(ends, max_lines=4096)
+    lines = LineSplitter(ends)
     lines.feed(received)
     found = [line for line in iter(lines.next_line, None) if isinstance(line, bytes)]
     for line in (*found, lines.partial) if lines.partial else found:

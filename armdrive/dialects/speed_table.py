@@ -3,7 +3,7 @@
 The table from a TeachMover's SP to half-steps a second was never published, so the arm file's
 table is an assumption. The meter compares each answer with it, and bursts are shortened if the arm
 is slower. Until a part of the table has been measured, the arm is assumed to be slower by the
-`doubt` in the arm file. Arms without a table use the meter of a single part.
+arm file's `speed_margin`. Arms without a table use the meter of a single part.
 """
 
 from __future__ import annotations
@@ -39,8 +39,6 @@ class SpeedTable:
                 "speed_table needs two or more pairs [setting, steps per second], both rising, "
                 "for example [[0, 30], [240, 470]]"
             )
-        if self.points[-1][0] - self.points[0][0] > MOST_SETTINGS:
-            raise ArmFileError(f"speed_table spans more than {MOST_SETTINGS} settings")
 
     @property
     def settings(self) -> Sequence[int]:
@@ -149,8 +147,6 @@ class SpeedMeter:
         """Return how long the end of these steps is awaited."""
         return TIMEOUT_FACTOR * self.longest_s(steps, setting)
 
-
-MOST_SETTINGS = 10_000
 
 TIMEOUT_FACTOR = 2.0
 """The timeout of a motion, as a multiple of the slowest arm's time."""

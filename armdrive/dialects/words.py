@@ -134,14 +134,13 @@ class Splitter(Protocol):
 # Splitting a dialect's bytes into messages and describing them.
 
 LONGEST_LINE = 4096
-MOST_LINES = 65536
 
 
 class AnswerLines:
     """Messages that are lines."""
 
     def __init__(self, ends: bytes, weigh: Callable[[bytes], Message]) -> None:
-        self._lines = LineSplitter(ends, max_length=LONGEST_LINE, max_lines=MOST_LINES)
+        self._lines = LineSplitter(ends, max_length=LONGEST_LINE)
         self._weigh = weigh
 
     def feed(self, data: bytes) -> list[Message]:

@@ -30,7 +30,6 @@ from firmware_protocol.armdroid import (
     ArgumentsReported,
     Device,
     DriveAll,
-    DriveNone,
     DriveOne,
     HomeToOffsets,
     Ignored,
@@ -38,7 +37,6 @@ from firmware_protocol.armdroid import (
     InterfaceReported,
     OddSpeed,
     OffsetsReported,
-    Overrun,
     ReportArguments,
     SetSpeed,
     SpeedReported,
@@ -232,7 +230,7 @@ class ArmdroidBoard(Board):
                 self._turn(tuple(steps if channel == motor else 0 for channel in range(1, 7)))
             case HomeToOffsets():
                 self._turn(tuple(-offset for offset in self.offsets))
-            case Ignored() | Overrun():
+            case Ignored():
                 pass
             case _:
                 self._tell(event)
@@ -252,7 +250,7 @@ class ArmdroidBoard(Board):
             case ZeroOffsets():
                 self.drive.set_counts((0,) * len(self.world.motors), self.now_s)
                 self._answer(OffsetsReported(self.offsets))
-            case _Report() | DriveNone():
+            case _Report():
                 self._answer(OffsetsReported(self.offsets))
             case ReportArguments():
                 self._answer(ArgumentsReported(self._codec.arguments, self._codec.accumulator))

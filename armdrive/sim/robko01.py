@@ -12,6 +12,7 @@ firmware lists but does not implement, are dropped silently.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -24,7 +25,7 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json
 from armdrive.text.toml import setting
-from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
     AXES,
@@ -34,7 +35,6 @@ from firmware_protocol.robko01 import (
     Axes,
     Busy,
     Clear,
-    Device,
     Disable,
     Enable,
     GetRobotId,
@@ -60,7 +60,14 @@ from firmware_protocol.robko01 import (
     Status,
     Stop,
 )
-from firmware_protocol.robko01.frames import SENTINEL, Kind, check_bytes, frame_bytes
+from firmware_protocol.robko01.frames import (
+    SENTINEL,
+    Kind,
+    SuperFrame,
+    check_bytes,
+    frame_bytes,
+)
+from firmware_protocol.robko01.messages import decode_request, encode_answer
 from kinematics.spaces import Motors
 
 BAUD = 115_200
@@ -295,7 +302,8 @@ class SimRobkoBoard(Board):
         self.enabled = False
         self.outputs = 0
         self._reader = FirmwareReader()
-        self._codec = Device()
+        self._requests: deque[Request] = deque()
+        """The requests to be answered, one after the other."""
         self._ignored = 0
         self._answer_s = math.inf
         self._accepted_s = -math.inf
@@ -309,7 +317,7 @@ class SimRobkoBoard(Board):
     @property
     def busy(self) -> bool:
         """Whether a request is unanswered or a motion under way."""
-        return self._codec.unanswered is not None or self.drive.moving
+        return bool(self._requests) or self.drive.moving
 
     @property
     def registers(self) -> Motors:
@@ -352,8 +360,11 @@ class SimRobkoBoard(Board):
 
     def receive(self, data: bytes) -> None:
         """Receive bytes; each request takes a while to process."""
-        for request in self._reader.read(data):
-            self._codec.receive_data(request)
+        for frame in self._reader.read(data):
+            try:
+                self._requests.append(decode_request(SuperFrame(frame, 0)))
+            except RemoteProtocolError:
+                self._ignored += 1
         self._take_up(self.now_s)
 
     def happen(self) -> None:
@@ -362,9 +373,7 @@ class SimRobkoBoard(Board):
         now_s = self.now_s
         if self._answer_s <= now_s:
             self._answer_s = math.inf
-            request = self._codec.unanswered
-            if request is not None:
-                self._reply(request, now_s)
+            self._reply(self._requests.popleft(), now_s)
             self._take_up(now_s)
         # The reply goes first, because its request may feed the watchdog; if it does not, this is
         # called again at once.
@@ -372,22 +381,16 @@ class SimRobkoBoard(Board):
             self._switch(False, now_s)
 
     def _take_up(self, now_s: float) -> None:
-        codec = self._codec
-        while codec.unanswered is None and (event := codec.next_event()) is not None:
-            if isinstance(event, Unreadable | Overrun):
-                self._ignored += 1
-            else:
-                self._answer_s = now_s + THINKS_S
+        if self._requests and math.isinf(self._answer_s):
+            self._answer_s = now_s + THINKS_S
 
     def _reply(self, request: Request, now_s: float) -> None:
         if self.quirks.rearms and not self.enabled:
             self._switch(True, now_s)
         if isinstance(request, Ping | Inputs | Position) or self.quirks.rearms:
             self._fed_s = now_s
-        if isinstance(request, SavePosition | LoadPosition):
-            self._codec.forget()
-        else:
-            self.outgoing += self._codec.send(self._do(request, now_s))
+        if not isinstance(request, SavePosition | LoadPosition):  # these two are never answered
+            self.outgoing += encode_answer(self._do(request, now_s))
 
     def _do(self, request: Request, now_s: float) -> Answer:
         match request:

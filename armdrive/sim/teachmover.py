@@ -26,29 +26,35 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, unfit
 from armdrive.text.toml import setting
-from firmware_protocol.errors import ProtocolError
+from firmware_protocol.errors import ProtocolError, RemoteProtocolError
 from firmware_protocol.events import Unreadable
 from firmware_protocol.fields import wrapped16
+from firmware_protocol.lines import LineSplitter
 from firmware_protocol.teachmover import (
+    ATTENTION,
     Arm,
     Close,
+    Command,
     Delay,
-    Device,
-    Ignored,
     Key,
     ProgramRow,
     QDump,
     QWrite,
     Read,
     Registers,
-    Request,
     Reset,
     Run,
     Set,
     Status,
     Step,
 )
-from firmware_protocol.teachmover.messages import MOVE_KIND
+from firmware_protocol.teachmover.messages import (
+    CR,
+    MOVE_KIND,
+    NOISE,
+    decode_command,
+    encode_reply,
+)
 from kinematics.spaces import Motors
 
 BAUD = 9600
@@ -161,7 +167,10 @@ class TeachMoverBoard(Board):
         self.outputs = 0
         self.byte_gap_s = 0.0
         self.lost_bytes = 0
-        self._codec = Device()
+        self.unanswered: Command | None = None
+        """The command that is being carried out."""
+        self._attention = ATTENTION
+        self._lines = LineSplitter(CR)
 
     # The saved world.
 
@@ -184,11 +193,6 @@ class TeachMoverBoard(Board):
     def busy(self) -> bool:
         """Whether a command is unanswered."""
         return self.unanswered is not None
-
-    @property
-    def unanswered(self) -> Request | None:
-        """The unanswered command, if any."""
-        return self._codec.unanswered
 
     @property
     def registers(self) -> Motors:
@@ -245,7 +249,7 @@ class TeachMoverBoard(Board):
             if self.busy:
                 self.lost_bytes += len(line)
             else:
-                self._codec.receive_data(line)
+                self._lines.feed(line)
                 self._serve()
 
     def motion_ended(self) -> None:
@@ -254,11 +258,31 @@ class TeachMoverBoard(Board):
             self._answer(Status.DONE)
 
     def _serve(self) -> None:
-        while (request := self._codec.next_event()) is not None:
-            self._do(request)
+        while (line := self._lines.next_line()) is not None:
+            command = self._read(line)
+            if isinstance(command, Status):
+                self._answer(command)
+            elif command is not None:
+                self.unanswered = command
+                self._do(command)
 
-    def _do(self, request: Request) -> None:
-        match request:
+    def _read(self, line: bytes | Unreadable) -> Command | Status | None:
+        """Return the command of a line, or a refusal; None if the line is for no TeachMover.
+
+        That a real arm ignores lines without its attention character is unverified.
+        """
+        text = (line.data if isinstance(line, Unreadable) else line).lstrip(NOISE)
+        if not text.startswith(self._attention.encode("ascii")):
+            return None
+        if isinstance(line, Unreadable):
+            return Status.FAILED
+        try:
+            return decode_command(text[1:])
+        except RemoteProtocolError:
+            return Status.FAILED
+
+    def _do(self, command: Command) -> None:
+        match command:
             case Step(speed, steps, output):
                 self.outputs = self.outputs if output is None else output
                 self.drive.start(steps, self._rate_hz(speed), self.now_s)
@@ -270,10 +294,10 @@ class TeachMoverBoard(Board):
                 self.memory.start()
                 if not self._begin_next_row():
                     self._answer(Status.FAILED)
-            case Set() | Ignored():
-                pass  # the pendant answers @SET later; nothing answers an ignored line
+            case Set():
+                pass  # the pendant answers later
             case Read() | QDump():
-                self._tell(request)
+                self._tell(command)
             case Reset():
                 self.drive.set_counts(STILL, self.now_s)
                 self.world.cut_current(self.now_s)
@@ -283,10 +307,9 @@ class TeachMoverBoard(Board):
             case Delay(count):
                 self._answer(Status.DONE)
                 self.byte_gap_s = count * DELAY_UNIT_S
-            case Arm():
+            case Arm(attention):
                 self._answer(Status.DONE)
-            case Unreadable():
-                self._answer(Status.FAILED)
+                self._attention = attention
 
     def _begin_next_row(self) -> bool:
         """Begin the next row of the program; return False if none is left."""
@@ -297,16 +320,17 @@ class TeachMoverBoard(Board):
             self.drive.start(steps, self._rate_hz(row.speed), self.now_s)
         return row is not None
 
-    def _tell(self, request: Read | QDump) -> None:
+    def _tell(self, command: Read | QDump) -> None:
         self._answer(Status.DONE)
-        if isinstance(request, Read):
-            self.outgoing += self._codec.send(Registers(self.registers, self.key, self.inputs))
+        if isinstance(command, Read):
+            self.outgoing += encode_reply(Registers(self.registers, self.key, self.inputs))
         else:
             for row in self.memory.in_order:
-                self.outgoing += self._codec.send(row)
+                self.outgoing += encode_reply(row)
 
     def _answer(self, status: Status) -> None:
-        self.outgoing += self._codec.send(status)
+        self.outgoing += encode_reply(status)
+        self.unanswered = None
 
     def _rate_hz(self, speed: int) -> float:
         return rate_hz(speed, self.quirks.speed_error)

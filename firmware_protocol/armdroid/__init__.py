@@ -1,7 +1,6 @@
 """The dialect of the Armdroid's serial driver sketch: messages, host and device."""
 
 from firmware_protocol.armdroid.endpoints import LINE_BYTES as LINE_BYTES
-from firmware_protocol.armdroid.endpoints import ROOM_BYTES as ROOM_BYTES
 from firmware_protocol.armdroid.endpoints import Completed as Completed
 from firmware_protocol.armdroid.endpoints import Device as Device
 from firmware_protocol.armdroid.endpoints import DeviceEvent as DeviceEvent
@@ -19,7 +18,6 @@ from firmware_protocol.armdroid.messages import ArgumentsReported as ArgumentsRe
 from firmware_protocol.armdroid.messages import Clear as Clear
 from firmware_protocol.armdroid.messages import Command as Command
 from firmware_protocol.armdroid.messages import DriveAll as DriveAll
-from firmware_protocol.armdroid.messages import DriveNone as DriveNone
 from firmware_protocol.armdroid.messages import DriveOne as DriveOne
 from firmware_protocol.armdroid.messages import DropArguments as DropArguments
 from firmware_protocol.armdroid.messages import HomeToOffsets as HomeToOffsets
@@ -38,7 +36,5 @@ from firmware_protocol.armdroid.messages import Version as Version
 from firmware_protocol.armdroid.messages import VersionReported as VersionReported
 from firmware_protocol.armdroid.messages import Welcome as Welcome
 from firmware_protocol.armdroid.messages import ZeroOffsets as ZeroOffsets
-from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
-from firmware_protocol.lines import MAX_EARLY as MAX_EARLY

@@ -24,7 +24,6 @@ from firmware_protocol.armdroid.messages import (
     Clear,
     Command,
     DriveAll,
-    DriveNone,
     DriveOne,
     DropArguments,
     HomeToOffsets,
@@ -45,7 +44,7 @@ from firmware_protocol.armdroid.messages import (
     encode_command,
 )
 from firmware_protocol.errors import LocalProtocolError
-from firmware_protocol.events import Overrun, Stray, Unreadable
+from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.fields import message, wrapped16
 from firmware_protocol.lines import LineHost
 
@@ -172,9 +171,6 @@ MEANT = frozenset(_DIGITS) | frozenset(b"-,") | _WITH_NUMBERS | frozenset(_PLAIN
 """Every byte that the sketch does not ignore."""
 
 
-ROOM_BYTES = 4096  # input buffer; an AVR board with a hardware port has room for 64
-
-
 @message()
 class Ignored:
     """A character that the sketch ignores, such as CR or LF."""
@@ -182,35 +178,28 @@ class Ignored:
     byte: int
 
 
-DeviceEvent: TypeAlias = Request | Ignored | Overrun
+DeviceEvent: TypeAlias = Request | Ignored
 
 
 class Device:
     """The protocol machine of a simulated board. Raises `LocalProtocolError` if misused.
 
     The host's `Clear` and `DropArguments` arrive as the board interprets them: as a `DriveOne` of 0
-    steps or a `DriveNone`. Text of other dialects is interpreted in the same way: the `D` in
+    steps. Text of other dialects is interpreted in the same way: the `D` in
     `@READ` is a `DriveAll` by the kept arguments.
     """
 
-    def __init__(self, room_bytes: int = ROOM_BYTES) -> None:
+    def __init__(self) -> None:
         self._arguments = [0] * KEPT
         self._index = 0
         self._accumulator = 0
         self._waiting = bytearray()
-        self._room_bytes = room_bytes
-        self._lost = 0
         self._request: Request | None = None
 
     @property
     def unanswered(self) -> Request | None:
         """The command that still needs an answer."""
         return self._request
-
-    @property
-    def buffered(self) -> int:
-        """Number of queued characters."""
-        return len(self._waiting)
 
     @property
     def arguments(self) -> tuple[int, ...]:
@@ -228,22 +217,15 @@ class Device:
         return self._index == 0 and self._accumulator == 0
 
     def receive_data(self, data: bytes) -> None:
-        """Take characters from the host in any chunks; those that do not fit are lost."""
-        room = 0 if self._lost else self._room_bytes - len(self._waiting)
-        self._waiting += data[:room]
-        self._lost += max(len(data) - room, 0)
+        """Take characters from the host in any chunks."""
+        self._waiting += data
 
     def next_event(self) -> DeviceEvent | None:
-        """Return the next event; None if there is none or an answer is outstanding.
-
-        `Overrun` takes the place of the characters that arrived while the buffer was full.
-        """
+        """Return the next event; None if there is none or an answer is outstanding."""
         if self._request is not None:
             return None
         used, event = self._read()
         del self._waiting[:used]
-        if event is None and self._lost:
-            event, self._lost = Overrun(self._lost), 0
         return event
 
     def send(self, answer: Answer | Welcome) -> bytes:
@@ -267,7 +249,6 @@ class Device:
         request, self._request = self._request, None
         self._reset()
         self._waiting.clear()
-        self._lost = 0
         return request
 
     def _read(self) -> tuple[int, DeviceEvent | None]:
@@ -326,4 +307,4 @@ class Device:
         if letter == "D":
             return DriveAll((*self._arguments, value))
         motor = self._arguments[0] & 0xFF  # a uint8_t in the library's call
-        return DriveOne(motor, value) if 1 <= motor <= MOTORS else DriveNone(motor, value)
+        return DriveOne(motor, value)

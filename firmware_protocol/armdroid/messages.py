@@ -25,9 +25,11 @@ RPM_MAX = 60 * 1000 // STEPS_PER_TURN
 SIX_STEPS = row_of(INT16, MOTORS, f"{MOTORS} counts of steps")
 
 
-@message(motor=whole_from(1, MOTORS), steps=INT16)
+@message(motor=BYTE, steps=INT16)
 class DriveOne:
-    """Move one motor, 1 to 6, by relative steps; the answer comes at the motion's end.
+    """Move one motor by relative steps; the answer comes at the motion's end.
+
+    If there is no such motor, the board moves nothing and answers.
 
     The board keeps the arguments: the first becomes the motor's number, and the others remain from
     the last `DriveAll`. If another program later sends a `D`, motors 1 to 5 move by these numbers.
@@ -136,22 +138,6 @@ class DropArguments:
     letter: ClassVar[str] = "d"
 
 
-@message(motor=BYTE, steps=INT16)
-class DriveNone:
-    """A `d` for a motor that does not exist: the board moves nothing and answers.
-
-    Only devices receive this. `motor` is the low byte of the first argument, as in the sketch.
-    """
-
-    letter: ClassVar[str] = "d"
-    motor: int
-    steps: int
-
-    def __post_init__(self) -> None:
-        if 1 <= self.motor <= MOTORS:
-            raise BadField("motor", self.motor, "no motor of the arm: use DriveOne")
-
-
 @message(rpm=INT16)
 class OddSpeed:
     """An `s` with a speed outside 1 to 1250, which `Host` never sends. Only devices receive this.
@@ -183,8 +169,8 @@ Command: TypeAlias = (
     | DropArguments
 )
 
-Request: TypeAlias = Command | DriveNone | OddSpeed
-"""A device's input: `Clear` and `DropArguments` arrive as drives that move nothing."""
+Request: TypeAlias = Command | OddSpeed
+"""A device's input: `Clear` and `DropArguments` arrive as `DriveOne` that moves nothing."""
 
 
 # The answers.

@@ -81,11 +81,6 @@ class Host:
         self._events: EventQueue[HostEvent] = EventQueue(EVENTS_MAX)
         self._owed = bytearray()
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._unpacker.buffered
-
     # -- sending ------------------------------------------------------------------------------
 
     def command(self, node: int, word: Controlword, mode: OperationMode, target: int) -> bytes:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import field
 from enum import StrEnum
 from typing import Any, ClassVar, TypeAlias
 
@@ -114,29 +113,19 @@ class Feedback:
     line = Template("[MSG:{text}]")
 
 
-@message(text=printable, code=optional(CODE))
-class StartupEcho:
-    """A startup line was executed, or refused with a code; this does not answer a line."""
-
-    text: str
-    code: int | None = None
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f">{self.text}:{'ok' if self.code is None else f'error:{self.code}'}"
-
-
 @message(text=printable)
-class Bracketed:
-    """The contents of any other line in brackets, such as `[HLP:...]` or `[FIRMWARE:grblHAL]`."""
+class Remark:
+    """A whole line that nobody acts on: other lines in brackets, and echoes of start-up lines.
+
+    Examples are help (`[HLP:...]`), modes (`[GC:...]`), coordinates (`[G54:...]`), and `>G54:ok`.
+    """
 
     text: str
 
-    line = Template("[{text}]")
+    line = Template("{text}")
 
 
-# Answers about the build, the modes and the coordinates.
+# Answers about the build.
 
 BLOCKS_MAX = 65535
 
@@ -192,53 +181,6 @@ class AxesInfo:
             raise BadField("letters", self.letters, f"letters out of {AXIS_LETTERS}")
 
     line = Template("[AXS:{count}:{letters}]")
-
-
-@message(words=each(within(" ]")))
-class ParserState:
-    """The modes in force, as words: `G0`, `G54`, ..., `F0`, `S0`."""
-
-    words: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        if not self.words or not all(self.words):
-            raise BadField("words", self.words, "words, none of them empty")
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        return f"[GC:{' '.join(self.words)}]"
-
-
-@message(values=coordinates)
-class Parameter:
-    """Stored coordinates: G54 to G59, G28, G30, G92, TLO or PRB.
-
-    `success` belongs to PRB: whether the last probing touched something.
-    """
-
-    name: str
-    values: tuple[float, ...]
-    success: bool | None = field(default=None)
-
-    def __post_init__(self) -> None:
-        if not is_parameter(self.name):
-            raise BadField("name", self.name, "a G number, TLO or PRB")
-        if (self.name == "PRB") != (self.success is not None):
-            raise BadField("success", self.success, "given for PRB and for no other")
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        end = "" if self.success is None else f":{int(self.success)}"
-        return f"[{self.name}:{written(self.values)}{end}]"
-
-
-def is_parameter(name: object) -> bool:
-    """Return whether answers to `$#` use this name."""
-    if not isinstance(name, str):
-        return False
-    return name in ("TLO", "PRB") or (name[:1] == "G" and name[1:2].isdigit() and name.isascii())
 
 
 # The status report, `<Idle|MPos:0.000,0.000,0.000|FS:0,0>`: to a line and back.
@@ -432,17 +374,7 @@ def read_status(line: str) -> StatusReport:
         raise RemoteProtocolError(f"status report: {error}") from None
 
 
-Info: TypeAlias = (
-    Setting
-    | Feedback
-    | Version
-    | BuildInfo
-    | AxesInfo
-    | ParserState
-    | Parameter
-    | StartupEcho
-    | Bracketed
-)
+Info: TypeAlias = Setting | Feedback | Version | BuildInfo | AxesInfo | Remark
 """Messages that follow a query or come by themselves, and answer no line."""
 
 
@@ -473,7 +405,6 @@ _BANNER = re.compile(
 )
 _SETTING = re.compile(r"([^= ]+)=(.*)")
 _COMMENT = re.compile(r" +\(.*\)$")
-_STARTUP = re.compile(r">(.*):(?:ok|error: ?([0-9]{1,3}))")
 
 
 def encode_answer(answer: Answer) -> bytes:
@@ -540,28 +471,12 @@ def _setting(text: str) -> Setting:
     return Setting(int(found[1]), _COMMENT.sub("", found[2]).strip())
 
 
-def _startup(text: str) -> StartupEcho:
-    found = _STARTUP.fullmatch(text)
-    if found is None:
-        raise RemoteProtocolError("a startup line does not say how it went")
-    return StartupEcho(found[1], int(found[2]) if found[2] else None)
-
-
 def _bracketed(text: str) -> Info:
     if not text.endswith("]"):
         raise RemoteProtocolError("a bracket is not closed")
     name, colon, rest = text[1:-1].partition(":")
-    if colon and is_parameter(name):
-        return _parameter(name, rest)
     reader = _BRACKETS.get(name) if colon else None
-    return Bracketed(text[1:-1]) if reader is None else reader(rest)
-
-
-def _parameter(name: str, rest: str) -> Parameter:
-    numbers, colon, success = rest.partition(":")
-    if colon and success not in ("0", "1"):
-        raise RemoteProtocolError("a probing is either 0 or 1")
-    return Parameter(name, decimals(numbers), success == "1" if colon else None)
+    return Remark(text) if reader is None else reader(rest)
 
 
 def _version(rest: str) -> Version:
@@ -587,7 +502,6 @@ def _axes_info(rest: str) -> AxesInfo:
 
 _BRACKETS: dict[str, Callable[[str], Info]] = {
     "MSG": Feedback,
-    "GC": lambda rest: ParserState(tuple(rest.split())),
     "VER": _version,
     "OPT": _build_info,
     "AXS": _axes_info,
@@ -600,7 +514,7 @@ _READERS: dict[str, Callable[[str], Answer | WordedError | WordedAlarm]] = {
     "ALARM:": _alarm,
     "$": _setting,
     "[": _bracketed,
-    ">": _startup,
+    ">": Remark,
     "Grbl": _banner,
     "grbl": _banner,
 }

@@ -1,18 +1,20 @@
-"""A host's lines to a GRBL board: `$` commands and g-code, checked when built."""
+"""A host's lines to a GRBL board, and its real-time commands.
+
+A driver sends `$` commands and its own g-code (`Line`): only the driver knows how many digits of
+the board's unit resolve a motor step. A board reads g-code with `gcode`.
+"""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
-from enum import IntEnum
+from enum import Enum, IntEnum
 from types import MappingProxyType
-from typing import ClassVar, TypeAlias
+from typing import TypeAlias
 
-from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.errors import BadField
 from firmware_protocol.fields import message, whole_from
 from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
-    Dialect,
     Template,
     Variant,
     line_text,
@@ -23,60 +25,30 @@ SETTING_MAX = 65535
 """GRBL's settings end at 255; grblHAL has more."""
 
 
-@message()
-class Help:
-    """Ask for the list of commands."""
+class SystemCommand(Enum):
+    """A `$` line without arguments.
 
-    text: ClassVar[str] = "$"
+    Neither end uses start-up lines (`$N`), notes (`$I=`) and factory resets (`$RST`).
+    """
 
-
-@message()
-class QuerySettings:
-    """Ask for all settings."""
-
-    text: ClassVar[str] = "$$"
-
-
-@message()
-class QueryBuildInfo:
+    HELP = "$"
+    QUERY_SETTINGS = "$$"
+    QUERY_BUILD = "$I"
     """Ask for version, options, buffer size and, on some firmware, the axes."""
-
-    text: ClassVar[str] = "$I"
-
-
-@message()
-class QueryParameters:
+    QUERY_PARAMETERS = "$#"
     """Ask for the offsets of all coordinate systems."""
-
-    text: ClassVar[str] = "$#"
-
-
-@message()
-class QueryParserState:
-    """Ask for the active modes."""
-
-    text: ClassVar[str] = "$G"
-
-
-@message()
-class Unlock:
+    QUERY_MODES = "$G"
+    UNLOCK = "$X"
     """Leave the alarm state. Moves nothing; the position may still be wrong."""
-
-    text: ClassVar[str] = "$X"
-
-
-@message()
-class CheckMode:
+    CHECK_MODE = "$C"
     """Enter or leave check mode, in which nothing moves; leaving it resets the board."""
-
-    text: ClassVar[str] = "$C"
-
-
-@message()
-class Sleep:
+    SLEEP = "$SLP"
     """Switch the motors off until a reset; an arm sags."""
 
-    text: ClassVar[str] = "$SLP"
+    @property
+    def text(self) -> str:
+        """The line without its end."""
+        return self.value
 
 
 @message()
@@ -103,116 +75,14 @@ class SetSetting:
     text = Template("${setting}={value}")
 
 
-# G-code lines: modes and outputs. Motions are a driver's own text (`Line`), because only the driver
-# knows how many digits of the board's unit resolve a motor step.
-
-PORT_MAX = 255
-"""The highest output number; real boards have only a few outputs."""
-COORDINATE_SYSTEMS = (54, 59)
-
-
-@message(coordinate_system=whole_from(*COORDINATE_SYSTEMS))
-class Modes:
-    """Set the relevant modes to a known state: plane XY, millimetres, units per minute.
-
-    Send this after every banner, because a reset or a startup line may have changed the modes.
-    """
-
-    relative: bool = False
-    coordinate_system: int = 54
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return f"G17G21G9{int(self.relative)}G94G{self.coordinate_system}"
-
-
-@message()
-class Coolant:
-    """Switch the flood output, which may drive an air valve."""
-
-    on: bool
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        return "M8" if self.on else "M9"
-
-
-@message(port=whole_from(0, PORT_MAX))
-class DigitalOutput:
-    """Switch an output, in step with the motion (M62, M63) or at once (M64, M65)."""
-
-    port: int
-    on: bool
-    at_once: bool = False
-
-    @property
-    def text(self) -> str:
-        """The line without its end."""
-        code = (62 if self.on else 63) + (2 if self.at_once else 0)
-        return f"M{code}P{self.port}"
-
-
 @message(text=line_text)
 class Line:
-    """Any other text; an empty line only asks for an `ok`."""
+    """Any text, such as g-code; an empty line only asks for an `ok`."""
 
     text: str = ""
 
 
-# All lines that a host can send, and those that write EEPROM.
-
-SystemCommand: TypeAlias = (
-    Help
-    | QuerySettings
-    | QueryBuildInfo
-    | QueryParameters
-    | QueryParserState
-    | Unlock
-    | CheckMode
-    | Sleep
-    | Home
-    | SetSetting
-)
-"""The lines that begin with `$`, except jogs.
-
-Neither end uses start-up lines (`$N`), notes (`$I=`) and factory resets (`$RST`).
-"""
-
-Command: TypeAlias = SystemCommand | Modes | Coolant | DigitalOutput | Line
-
-_WRITES_EEPROM = re.compile(
-    r"\$[0-9.]+=|\$N[0-9]+=|\$I=|\$RST=|[^$]*G0*(?:10(?:\.0*)?(?![0-9.])|(?:28|30)\.10*(?![0-9]))"
-)
-
-
-def writes_eeprom(text: str) -> bool:
-    """Return whether GRBL writes EEPROM when it executes a line.
-
-    During the write GRBL loses received bytes, so no other line may be sent.
-    """
-    return _WRITES_EEPROM.match(re.sub(r"[ /]|\([^)]*\)", "", text.upper())) is not None
-
-
-# Checks of a line against the board: length, axes, options.
-
-
-def check_command(command: Command, dialect: Dialect) -> None:
-    """Raise `LocalProtocolError` if this board cannot read the line or would refuse it."""
-    if isinstance(command, DigitalOutput) and not dialect.outputs:
-        raise LocalProtocolError(f"this board has no outputs for '{command.text}'")
-    if isinstance(command, Home) and command.axes:
-        strangers = set(command.axes) - set(dialect.axes)
-        if strangers:
-            raise BadField("axes", "".join(sorted(strangers)), f"axes out of {dialect.axes}")
-        if len(command.axes) > 1 or not dialect.single_axis_homing:
-            raise LocalProtocolError(f"this board cannot home by '{command.text}'")
-    if len(command.text) > dialect.max_line:
-        raise LocalProtocolError(
-            f"'{command.text}' has {len(command.text)} characters, the board takes "
-            f"{dialect.max_line}: name fewer axes, or digits"
-        )
+Command: TypeAlias = SystemCommand | Home | SetSetting | Line
 
 
 # Real-time commands: single bytes, picked out of the stream at once and never counted.
@@ -221,7 +91,11 @@ def check_command(command: Command, dialect: Dialect) -> None:
 
 
 class Realtime(IntEnum):
-    """One byte each; legal at any time, with no `ok`."""
+    """One byte each; legal at any time, with no `ok`.
+
+    Those that neither the driver nor the simulated board uses are left out: they are over 0x7F, so
+    a board throws them away.
+    """
 
     SOFT_RESET = 0x18
     """Empties ring and planner; in motion it raises ALARM:3. A banner follows."""
@@ -231,20 +105,14 @@ class Realtime(IntEnum):
     STATUS = ord("?")
     RESUME = ord("~")
     STATUS_ALIAS = 0x80
-    """grblHAL only, as are the next three."""
+    """grblHAL only, as are the next two."""
     RESUME_ALIAS = 0x81
     FEED_HOLD_ALIAS = 0x82
-    PARSER_STATE = 0x83
     SAFETY_DOOR = 0x84
     JOG_CANCEL = 0x85
     """Ignored unless the state is Jog already; on GRBL it does not clear unread lines."""
     FULL_STATUS = 0x87
-    """grblHAL only, as are the next five."""
-    OPTIONAL_STOP = 0x88
-    SINGLE_BLOCK = 0x89
-    FAN = 0x8A
-    PENDANT_MODE = 0x8B
-    AUTO_REPORT = 0x8C
+    """grblHAL only."""
     FEED_100 = 0x90
     FEED_PLUS_10 = 0x91
     FEED_MINUS_10 = 0x92
@@ -258,13 +126,7 @@ class Realtime(IntEnum):
     SPINDLE_MINUS_10 = 0x9B
     SPINDLE_PLUS_1 = 0x9C
     SPINDLE_MINUS_1 = 0x9D
-    SPINDLE_STOP = 0x9E
     FLOOD_TOGGLE = 0xA0
-    MIST_TOGGLE = 0xA1
-    PID_REPORT = 0xA2
-    """grblHAL only, as are the next two."""
-    TOOL_ACKNOWLEDGE = 0xA3
-    PROBE_TOGGLE = 0xA4
 
 
 GRBLHAL_ONLY = frozenset(
@@ -273,16 +135,7 @@ GRBLHAL_ONLY = frozenset(
         Realtime.STATUS_ALIAS,
         Realtime.RESUME_ALIAS,
         Realtime.FEED_HOLD_ALIAS,
-        Realtime.PARSER_STATE,
         Realtime.FULL_STATUS,
-        Realtime.OPTIONAL_STOP,
-        Realtime.SINGLE_BLOCK,
-        Realtime.FAN,
-        Realtime.PENDANT_MODE,
-        Realtime.AUTO_REPORT,
-        Realtime.PID_REPORT,
-        Realtime.TOOL_ACKNOWLEDGE,
-        Realtime.PROBE_TOGGLE,
     }
 )
 """What GRBL 1.1 itself does not have."""

@@ -1,34 +1,20 @@
-"""The board's end of the GRBL dialect: real-time commands and lines in, answers out, no clock.
+"""The board's end of the GRBL dialect: text in, parsed lines out, answers back; no clock.
 
-The only state is the number of fetched and unanswered lines. The owner simulates the receive buffer
-and the planner: it picks real-time commands out with `pieces` and feeds the buffer's output
-to this machine. No input from the host raises.
+The owner simulates the receive interrupt and its buffer: it picks real-time commands out of the
+stream with `pieces`, and passes the rest on when the board reads it. `LineReader` splits text into
+lines, `parse_line` finds out what a line says, and `Device` counts the lines that have no answer
+yet. No input from the host raises.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import Answer, Banner, Error, Ok, encode_answer
-from firmware_protocol.grbl.commands import (
-    CheckMode,
-    Help,
-    Home,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
-    Realtime,
-    SetSetting,
-    Sleep,
-    SystemCommand,
-    Unlock,
-    pieces,
-)
+from firmware_protocol.grbl.commands import Home, SetSetting, SystemCommand
 from firmware_protocol.grbl.dialect import GRBL, Dialect, take_number
 from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
 
@@ -37,10 +23,6 @@ from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
 # A slash is dropped too, but in the `$` lines of FluidNC, whose settings have names with slashes.
 # FluidNC also drops a closing bracket that ends no comment (GCode.cpp, collapseGCode: observed).
 # Source: gnea/grbl grbl/protocol.c. CR and LF each end a line, and an empty line is a line.
-
-
-MAX_WAITING = 256
-"""Most queued lines."""
 
 _CR, _LF, _SPACE = 0x0D, 0x0A, 0x20
 
@@ -56,8 +38,7 @@ class Unusable:
 class LineReader:
     """Splits bytes without real-time commands into lines, in any chunks.
 
-    It keeps at most `max_line` characters of a line, and at most `MAX_WAITING` lines. If more
-    arrive, the last line is `Unusable`, and the others are lost until lines are fetched.
+    It keeps at most `max_line` characters of a line.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
@@ -65,36 +46,24 @@ class LineReader:
         self._named_settings = dialect.named_settings
         self._drops_brackets = dialect.drops_brackets
         self._each_end_counts = dialect.crlf_answers_twice
-        self._waiting: deque[str | Unusable] = deque()
         self.discard()
 
-    @property
-    def partial(self) -> str:
-        """The incomplete line at the end of the input."""
-        return self._kept.decode("latin-1")
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered characters."""
-        held = sum(len(e.start if isinstance(e, Unusable) else e) for e in self._waiting)
-        return held + len(self._kept)
-
-    def feed(self, data: bytes) -> None:
-        """Take bytes in any chunks."""
+    def feed(self, data: bytes) -> list[str | Unusable]:
+        """Take bytes in any chunks; return the lines that they end, as GRBL stores them."""
+        lines = []
         for byte in data:
-            if byte in (_CR, _LF):
-                self._end(byte)
-            else:
+            if byte not in (_CR, _LF):
                 self._after_cr = False
                 self._keep(byte)
-
-    def next_line(self) -> str | Unusable | None:
-        """Return the next line as GRBL stores it, or None."""
-        return self._waiting.popleft() if self._waiting else None
+            elif byte == _LF and self._after_cr and not self._each_end_counts:
+                self._after_cr = False
+            else:
+                self._after_cr = byte == _CR
+                lines.append(self._ended())
+        return lines
 
     def discard(self) -> None:
         """Discard everything, as a reset does; the next byte begins a new line."""
-        self._waiting.clear()
         self._after_cr = False
         self._begin()
 
@@ -123,31 +92,11 @@ class LineReader:
             self._too_long = len(self._kept) >= self._max_line
             self._kept += b"" if self._too_long else sign.upper()
 
-    def _end(self, byte: int) -> None:
-        second_half = byte == _LF and self._after_cr and not self._each_end_counts
-        self._after_cr = byte == _CR
-        if second_half:
-            return
-        text = self.partial
-        reason = f"a line of more than {self._max_line} characters"
-        self._put(Unusable(text, reason) if self._too_long else text)
+    def _ended(self) -> str | Unusable:
+        text, too_long = self._kept.decode("latin-1"), self._too_long
         self._begin()
-
-    def _put(self, entry: str | Unusable) -> None:
-        room = MAX_WAITING - len(self._waiting)
-        if room > 1:
-            self._waiting.append(entry)
-        elif room == 1:
-            start = entry.start if isinstance(entry, Unusable) else entry
-            reason = f"{MAX_WAITING} lines were waiting: from here on they are lost"
-            self._waiting.append(Unusable(start, reason))
-
-
-def clean_line(text: str) -> str:
-    """Return one line of ASCII as GRBL stores it."""
-    reader = LineReader(Dialect(max_line=max(1, min(len(text), 1024))))
-    reader.feed(text.encode("ascii"))
-    return reader.partial
+        reason = f"a line of more than {self._max_line} characters"
+        return Unusable(text, reason) if too_long else text
 
 
 # Parses a received line: empty, a `$` command, a block, or a refusal.
@@ -168,7 +117,7 @@ class Rejected:
     reason: str
 
 
-Content: TypeAlias = Empty | SystemCommand | Block | Rejected
+Content: TypeAlias = Empty | SystemCommand | Home | SetSetting | Block | Rejected
 
 
 def parse_line(text: str, dialect: Dialect) -> Content:
@@ -176,8 +125,6 @@ def parse_line(text: str, dialect: Dialect) -> Content:
 
     The machine's state (errors 8 and 9) and the active modes (`Modal.after`) are not considered.
     """
-    if len(text) > dialect.max_line:
-        return Rejected(dialect.overlong, f"a line of more than {dialect.max_line} characters")
     if not text:
         return Empty()
     try:
@@ -190,24 +137,14 @@ def parse_line(text: str, dialect: Dialect) -> Content:
         return Rejected(3, str(error))
 
 
-_PLAIN: dict[str, Callable[[], SystemCommand]] = {
-    "$": Help,
-    "$$": QuerySettings,
-    "$I": QueryBuildInfo,
-    "$#": QueryParameters,
-    "$G": QueryParserState,
-    "$X": Unlock,
-    "$C": CheckMode,
-    "$SLP": Sleep,
-}
+_PLAIN = {command.text: command for command in SystemCommand}
 _KNOWN_LETTERS = "$GCXJ#HSIRN"
 """Characters after the `$` of a command; any other begins a setting's number."""
 
 
-def _system(text: str, dialect: Dialect) -> SystemCommand:
-    plain = _PLAIN.get(text)
-    if plain is not None:
-        return plain()
+def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:
+    if text in _PLAIN:
+        return _PLAIN[text]
     if text.startswith("$H"):
         return _home(text[2:], dialect)
     if text[1] in _KNOWN_LETTERS:
@@ -238,17 +175,6 @@ def _setting(text: str, dialect: Dialect) -> SetSetting:
     return SetSetting(int(key), value)
 
 
-MAX_REALTIME = 512
-"""Most queued events; beyond that, real-time commands are dropped."""
-
-
-@message()
-class RealtimeReceived:
-    """A real-time command. It gets no ok."""
-
-    command: Realtime
-
-
 @message()
 class LineReceived:
     """A line as GRBL stores it, and its content. Answer it with `Ok` or `Error`."""
@@ -257,21 +183,13 @@ class LineReceived:
     content: Content
 
 
-Request: TypeAlias = RealtimeReceived | LineReceived
-
-
 class Device:
-    """The board's end. Raises `LocalProtocolError` for mistakes of its owner.
-
-    A real-time command comes before the line that it interrupts, and after the lines that ended
-    before it. If nobody fetches events, further lines are lost with a report, and real-time
-    commands without one: on a real board they are flags.
-    """
+    """The board's end. Raises `LocalProtocolError` for mistakes of its owner."""
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self._dialect = dialect
         self._lines = LineReader(dialect)
-        self._waiting: deque[Realtime | str | Unusable] = deque()
+        self._waiting: deque[str | Unusable] = deque()
         self._unanswered = 0
 
     @property
@@ -284,30 +202,15 @@ class Device:
         """Number of fetched and unanswered lines."""
         return self._unanswered
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered characters and real-time commands."""
-        held = sum(1 if isinstance(e, Realtime) else len(_text(e)) for e in self._waiting)
-        return held + self._lines.buffered
-
     def receive_data(self, data: bytes) -> None:
-        """Take bytes from the host in any chunks."""
-        for piece in pieces(data, self._dialect.variant):
-            if isinstance(piece, Realtime):
-                if len(self._waiting) < MAX_REALTIME:
-                    self._waiting.append(piece)
-            else:
-                self._lines.feed(piece)
-                self._fetch_lines()
+        """Take text from the host in any chunks, without its real-time commands."""
+        self._waiting += self._lines.feed(data)
 
-    def next_event(self) -> Request | None:
-        """Return the next real-time command or line, or None."""
+    def next_event(self) -> LineReceived | None:
+        """Return the next line, or None."""
         if not self._waiting:
             return None
         entry = self._waiting.popleft()
-        self._fetch_lines()
-        if isinstance(entry, Realtime):
-            return RealtimeReceived(entry)
         self._unanswered += 1
         if isinstance(entry, Unusable):
             return LineReceived(entry.start, Rejected(self._dialect.overlong, entry.reason))
@@ -332,11 +235,3 @@ class Device:
         self._lines.discard()
         self._waiting.clear()
         self._unanswered = 0
-
-    def _fetch_lines(self) -> None:
-        while len(self._waiting) < MAX_WAITING and (line := self._lines.next_line()) is not None:
-            self._waiting.append(line)
-
-
-def _text(entry: str | Unusable) -> str:
-    return entry.start if isinstance(entry, Unusable) else entry

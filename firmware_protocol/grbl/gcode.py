@@ -1,6 +1,12 @@
-"""The g-code words of the GRBL family, and which of them exclude each other.
+"""The g-code that a simulated GRBL board understands: words, blocks and modes.
 
-Source: gnea/grbl grbl/gcode.c, step 2; the M62 to M68 of grbl-Mega-5X and grblHAL.
+`parse_block` reads the words of one line, and finds the errors that any state would give. `Modal`
+has the active modes; it finds the errors that depend on them, and `after` returns the next modes.
+
+Arcs (G2, G3), probing (G38), tool lengths (G43, G49) and inverse-time feed (G93) are left out: they
+are refused like any unknown word, with error 20. No driver sends them.
+
+Source: gnea/grbl grbl/gcode.c, steps 2 and 3; the M62 to M68 of grbl-Mega-5X and grblHAL.
 """
 
 from __future__ import annotations
@@ -12,7 +18,7 @@ from types import MappingProxyType
 
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import message
-from firmware_protocol.grbl.answers import ParserState
+from firmware_protocol.grbl.answers import Remark
 from firmware_protocol.grbl.codes import error_code
 from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
 
@@ -28,7 +34,6 @@ class Group(Enum):
     FEED_MODE = auto()
     UNITS = auto()
     CUTTER = auto()
-    TOOL_LENGTH = auto()
     COORDINATES = auto()
     CONTROL = auto()
     FLOW = auto()
@@ -42,7 +47,6 @@ class AxisUse(Enum):
 
     MOTION = auto()
     NON_MODAL = auto()
-    TOOL_LENGTH = auto()
 
 
 @message()
@@ -56,17 +60,16 @@ class Word:
 
 
 _ROWS: tuple[tuple[str, Group, AxisUse | None], ...] = (
-    ("G0 G1 G2 G3 G38.2 G38.3 G38.4 G38.5", Group.MOTION, AxisUse.MOTION),
+    ("G0 G1", Group.MOTION, AxisUse.MOTION),
     ("G80", Group.MOTION, None),
     ("G10 G28 G30 G92", Group.NON_MODAL, AxisUse.NON_MODAL),
     ("G4 G53 G28.1 G30.1 G92.1", Group.NON_MODAL, None),
     ("G17 G18 G19", Group.PLANE, None),
     ("G90 G91", Group.DISTANCE, None),
     ("G91.1", Group.ARC_DISTANCE, None),
-    ("G93 G94", Group.FEED_MODE, None),
+    ("G94", Group.FEED_MODE, None),
     ("G20 G21", Group.UNITS, None),
     ("G40", Group.CUTTER, None),
-    ("G43.1 G49", Group.TOOL_LENGTH, AxisUse.TOOL_LENGTH),
     ("G54 G55 G56 G57 G58 G59", Group.COORDINATES, None),
     ("G61", Group.CONTROL, None),
     ("M0 M1 M2 M30", Group.FLOW, None),
@@ -84,7 +87,7 @@ COMMANDS: dict[str, Word] = {
 
 WHOLE_COMMANDS = frozenset(name.partition(".")[0] for name in COMMANDS)
 """The whole parts of the commands: after them, a wrong decimal is error 20 or 23."""
-BAD_DECIMALS_UNSUPPORTED = frozenset({"G28", "G30", "G38", "G43", "G61", "G90", "G91", "G92"})
+BAD_DECIMALS_UNSUPPORTED = frozenset({"G28", "G30", "G61", "G90", "G91", "G92"})
 """After these, decimals that do not exist are error 20, after others error 23."""
 VALUE_LETTERS = frozenset("FIJKLNPRST")
 OUTPUT_LETTERS = frozenset("EQ")
@@ -208,24 +211,20 @@ def _store(
 
 # The active modes and how a block changes them, like step 3 of GRBL's parser.
 #
-# Checks that need positions are left out: impossible arcs (errors 33 and 34), a probe that stands
-# at its target (33), and targets outside the travel.
+# Checks that need positions are left out: the simulated board makes those.
 
 MM_PER_INCH = 25.4
-_PLANES = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
 _FIELDS = {
     Group.MOTION: "motion",
     Group.COORDINATES: "coordinates",
     Group.PLANE: "plane",
     Group.UNITS: "units",
     Group.DISTANCE: "distance",
-    Group.FEED_MODE: "feed_mode",
     Group.SPINDLE: "spindle",
     Group.COOLANT: "coolant",
 }
 _NEEDED = {"G4": "P", "G10": "PL", "M62": "P", "M63": "P", "M64": "P", "M65": "P"}
 _NEEDED |= {"M67": "EQ", "M68": "EQ"}
-_USED = {**_NEEDED, "G2": "IJKR", "G3": "IJKR"}
 _ALWAYS_USED = {False: frozenset("NFST"), True: frozenset("NF")}
 _COORDINATE_SYSTEMS = 6
 
@@ -239,7 +238,6 @@ class Modal:
     plane: str = "G17"
     units: str = "G21"
     distance: str = "G90"
-    feed_mode: str = "G94"
     spindle: str = "M5"
     coolant: str = "M9"
     tool: int = 0
@@ -247,18 +245,18 @@ class Modal:
     speed: float = 0.0
 
     @property
-    def report(self) -> ParserState:
+    def report(self) -> Remark:
         """The answer to `$G`."""
-        modes = (self.motion, self.coordinates, self.plane, self.units, self.distance)
+        modes = (self.motion, self.coordinates, self.plane, self.units, self.distance, "G94")
         numbers = (f"T{self.tool}", f"F{write_number(self.feed)}", f"S{write_number(self.speed)}")
-        return ParserState((*modes, self.feed_mode, self.spindle, self.coolant, *numbers))
+        return Remark(f"[GC:{' '.join((*modes, self.spindle, self.coolant, *numbers))}]")
 
     def during(self, block: Block) -> Modal:
         """Return the modes while a block is executed; raises `GcodeError`."""
         words = {_FIELDS[group]: name for group, name in block.commands.items() if group in _FIELDS}
         modes = replace(self, **words)  # type: ignore[arg-type]
         if block.jog:
-            modes = replace(modes, motion="G1", feed_mode="G94")
+            modes = replace(modes, motion="G1")
         modes = replace(
             modes,
             feed=self._feed(block, modes),
@@ -267,7 +265,7 @@ class Modal:
         )
         _check_non_modal(block, modes)
         _check_motion(block, modes)
-        _check_leftovers(block, modes)
+        _check_leftovers(block)
         if block.jog:
             _check_jog(block)
         return modes
@@ -284,17 +282,13 @@ class Modal:
         return modes
 
     def _feed(self, block: Block, modes: Modal) -> float:
-        """Return the feed of a block; in inverse time (G93) each motion needs its own."""
+        """Return the feed of a block in mm/min; a jog needs its own."""
         given = block.values.get("F")
-        if block.jog and given is None:
+        if given is not None:
+            return given * modes.unit_mm
+        if block.jog:
             raise GcodeError(22)
-        if modes.feed_mode == "G93":
-            if given is None and block.motion_use and modes.motion not in ("G0", "G80"):
-                raise GcodeError(22)
-            return given or 0.0
-        if given is None:
-            return self.feed if self.feed_mode == "G94" else 0.0
-        return given * modes.unit_mm
+        return self.feed
 
     @property
     def unit_mm(self) -> float:
@@ -318,9 +312,6 @@ def _check_non_modal(block: Block, modes: Modal) -> None:
         _check_g10(block)
     if name == "G53" and modes.motion not in ("G0", "G1"):
         raise GcodeError(30)
-    tool_length = block.commands.get(Group.TOOL_LENGTH)
-    if tool_length == "G43.1" and set(block.axes) != {"Z"}:
-        raise GcodeError(37)
 
 
 def _check_g10(block: Block) -> None:
@@ -334,28 +325,13 @@ def _check_g10(block: Block) -> None:
 def _check_motion(block: Block, modes: Modal) -> None:
     if modes.motion == "G80" and block.axes:
         raise GcodeError(31)
-    if not block.motion_use or modes.motion in ("G0", "G80"):
-        return
-    if modes.feed == 0:
+    if block.motion_use and modes.motion == "G1" and modes.feed == 0:
         raise GcodeError(22)
-    if modes.motion != "G1" and not block.axes:
-        raise GcodeError(26, modes.motion)
-    if modes.motion in ("G2", "G3"):
-        in_plane, offsets = _PLANES[modes.plane]
-        if not set(in_plane) & block.axes.keys():
-            raise GcodeError(32)
-        if "R" not in block.values and not set(offsets) & block.values.keys():
-            raise GcodeError(35)
 
 
-def _check_leftovers(block: Block, modes: Modal) -> None:
+def _check_leftovers(block: Block) -> None:
     """Refuse unused value words; axis words are used, or were refused before."""
-    names = list(block.commands.values())
-    if block.motion_use:
-        names.append(modes.motion)
-    used = set().union(*(_USED.get(name, "") for name in names))
-    if "R" in block.values:  # with a radius, the offsets are unused
-        used -= set("IJK")
+    used = set().union(*(_NEEDED.get(name, "") for name in block.commands.values()))
     if block.values.keys() - used - _ALWAYS_USED[block.jog]:
         raise GcodeError(36)
 

@@ -26,10 +26,10 @@ from firmware_protocol.grbl.answers import (
     Alarm,
     Answer,
     Banner,
-    Bracketed,
     Error,
     Info,
     Ok,
+    Remark,
     StatusReport,
     Version,
     WordedAlarm,
@@ -37,7 +37,7 @@ from firmware_protocol.grbl.answers import (
     decode_answer,
 )
 from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.commands import Command, Realtime, check_command, writes_eeprom
+from firmware_protocol.grbl.commands import Command, Realtime
 from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
 from firmware_protocol.lines import LineHost
 
@@ -147,20 +147,6 @@ _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 
 
-@message()
-class _Sent:
-    """An unanswered line."""
-
-    command: Command
-    size: int
-    writes_eeprom: bool
-
-    @classmethod
-    def of(cls, command: Command) -> _Sent:
-        text = command.text
-        return cls(command, len(text) + 1, writes_eeprom(text))
-
-
 class Host(LineHost[Event]):
     """The host's end. Raises `LocalProtocolError` for mistakes of its owner.
 
@@ -171,43 +157,45 @@ class Host(LineHost[Event]):
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self.dialect = dialect
         super().__init__(_LINE_ENDS, padding=PADDING, max_length=LINE_BYTES_MAX)
-        self._outstanding: deque[_Sent] = deque()
-        self._bytes = 0
+        self._outstanding: deque[Command] = deque()
         self._resetting = False
         self._positions = Positions()
 
     @property
     def outstanding_lines(self) -> tuple[Command, ...]:
         """The unanswered lines, oldest first."""
-        return tuple(sent.command for sent in self._outstanding)
+        return tuple(self._outstanding)
 
     @property
     def outstanding_bytes(self) -> int:
         """Bytes of the board's ring that the unanswered lines may fill, with their line ends."""
-        return self._bytes
+        return sum(map(_size, self._outstanding))
 
     def room_for(self, command: Command) -> bool:
         """Return whether a line may be sent now."""
-        return self._hindrance(_Sent.of(command)) is None
+        return self._hindrance(command) is None
 
     def send(self, command: Command) -> bytes:
         """Return the bytes of a line.
 
-        Raises `LocalProtocolError` if the line does not fit the dialect, if it could overfill the
-        ring (a full ring drops bytes silently), if it or an unanswered line writes EEPROM, and
-        between a soft reset and its banner. Answers received before this call do not count.
+        Raises `LocalProtocolError` if the line is too long for the board, if it could overfill the
+        ring (a full ring drops bytes silently), and between a soft reset and its banner. Answers
+        received before this call do not count. A line that writes EEPROM must be sent alone, since
+        GRBL loses bytes meanwhile: that is up to the caller.
         """
-        check_command(command, self.dialect)
-        text = command.text
-        sent = _Sent.of(command)
-        hindrance = self._hindrance(sent)
+        text, most = command.text, self.dialect.max_line
+        if len(text) > most:
+            raise LocalProtocolError(
+                f"'{text}' has {len(text)} characters, the board takes {most}: name fewer axes, or "
+                "digits"
+            )
+        hindrance = self._hindrance(command)
         if hindrance is not None:
             raise LocalProtocolError(f"'{text}' cannot be sent now: {hindrance}")
         self._keep_early()
         if not self._outstanding:
             self._mark_early()
-        self._outstanding.append(sent)
-        self._bytes += sent.size
+        self._outstanding.append(command)
         return text.encode("ascii") + b"\n"
 
     def send_realtime(self, command: Realtime) -> bytes:
@@ -228,22 +216,17 @@ class Host(LineHost[Event]):
         """
         lost = self.outstanding_lines
         self._outstanding.clear()
-        self._bytes = 0
         self._resetting = False
         self._mark_early(early=False)
         return lost
 
-    def _hindrance(self, line: _Sent) -> str | None:
+    def _hindrance(self, command: Command) -> str | None:
         if self._resetting:
             return "a soft reset was sent and its banner has not come"
         ring_bytes = self.dialect.ring_bytes
         if ring_bytes is None:
             return "the ring is of unknown size: one line at a time" if self._outstanding else None
-        if self._outstanding and line.writes_eeprom:
-            return "it writes EEPROM, which must be done alone"
-        if any(sent.writes_eeprom for sent in self._outstanding):
-            return "EEPROM is being written"
-        if self.outstanding_bytes + line.size >= ring_bytes:
+        if self.outstanding_bytes + _size(command) >= ring_bytes:
             return f"{self.outstanding_bytes} bytes are in a ring of {ring_bytes}"
         return None
 
@@ -273,9 +256,7 @@ class Host(LineHost[Event]):
     def _answered(self, answer: Ok | Error | WordedError) -> Event:
         if not self._outstanding:
             return Stray(answer)
-        sent = self._outstanding.popleft()
-        self._bytes -= sent.size
-        command = sent.command
+        command = self._outstanding.popleft()
         match answer:
             case Ok():
                 return Acknowledged(command)
@@ -292,7 +273,12 @@ class Host(LineHost[Event]):
 
     def _learn(self, answer: object) -> None:
         """Learn the firmware from the answers to `$I`."""
-        if answer == Bracketed("FIRMWARE:grblHAL"):
+        if answer == Remark("[FIRMWARE:grblHAL]"):
             self.dialect = replace(self.dialect, variant=Variant.GRBLHAL)
         elif isinstance(answer, Version) and "FluidNC" in answer.version:
             self.dialect = replace(self.dialect, variant=Variant.FLUIDNC)
+
+
+def _size(command: Command) -> int:
+    """Return the bytes of a line, with its end."""
+    return len(command.text) + 1

@@ -325,11 +325,6 @@ class Host:
         """The ids of the drives."""
         return frozenset(self._drives)
 
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._unpacker.buffered
-
     def add(self, node: int) -> None:
         """Add a drive."""
         whole("node", node, 1, NODE_MAX)

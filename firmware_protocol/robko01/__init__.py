@@ -1,21 +1,18 @@
-"""The Robko 01's SUPER protocol: messages, host and device.
+"""The Robko 01's SUPER protocol: messages, frames and host.
 
 The ESP32 retrofit (robko01/robko01_retrofit_fw) also reads lines that look like a TeachMover's
 (`@STEP`, `@READ`, ...). That is another dialect, which is not supported here: it answers OK at
 once, takes absolute positions and does not wait for the motion.
 """
 
-from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
-from firmware_protocol.robko01.endpoints import Answered as Answered
-from firmware_protocol.robko01.endpoints import Device as Device
-from firmware_protocol.robko01.endpoints import DeviceEvent as DeviceEvent
-from firmware_protocol.robko01.endpoints import Event as Event
-from firmware_protocol.robko01.endpoints import Host as Host
 from firmware_protocol.robko01.frames import FLUSH as FLUSH
 from firmware_protocol.robko01.frames import FRAME_MAX as FRAME_MAX
 from firmware_protocol.robko01.frames import PAYLOAD_MAX as PAYLOAD_MAX
+from firmware_protocol.robko01.host import Answered as Answered
+from firmware_protocol.robko01.host import Event as Event
+from firmware_protocol.robko01.host import Host as Host
 from firmware_protocol.robko01.messages import AXES as AXES
 from firmware_protocol.robko01.messages import AXIS_NAMES as AXIS_NAMES
 from firmware_protocol.robko01.messages import Acknowledged as Acknowledged

@@ -10,9 +10,10 @@ bytes in LEN (`counts_check`).
 
 from __future__ import annotations
 
+from collections import deque
 from enum import IntEnum
 
-from firmware_protocol.events import EventQueue, Overrun, Unreadable
+from firmware_protocol.events import Unreadable
 from firmware_protocol.fields import message
 
 SENTINEL = 0xAA
@@ -33,7 +34,6 @@ missing.
 _HEADER = 3
 _CHECK = 2
 _RUN_MAX = 64
-_WAITING_MAX = 256
 _NO_FRAME = "no frame begins here"
 
 
@@ -95,9 +95,8 @@ class FrameSplitter:
     """Extracts frames from bytes in any chunks.
 
     After an invalid frame, the search goes on at its second byte, so that bad bytes never hide a
-    good frame; it is found at the latest `FRAME_MAX` bytes after the bad ones, or at `silence`. The
-    buffer holds at most one incomplete frame, one run of at most 64 bytes and 256 entries; beyond
-    that the oldest entries are lost, which is reported.
+    good frame; it is found at the latest `FRAME_MAX` bytes after the bad ones, or at `silence`. Bad
+    bytes are reported in runs of at most 64. Whoever feeds bytes also fetches what they contain.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
@@ -105,19 +104,13 @@ class FrameSplitter:
         self._pending = bytearray()
         self._run = bytearray()
         self._reason = _NO_FRAME
-        self._waiting = EventQueue[SuperFrame | Unreadable](_WAITING_MAX)
+        self._waiting = deque[SuperFrame | Unreadable]()
         self._consumed = 0
 
     @property
     def received(self) -> int:
         """Number of bytes received so far."""
         return self._consumed + len(self._pending)
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        waiting = sum(len(e.raw if isinstance(e, SuperFrame) else e.data) for e in self._waiting)
-        return waiting + len(self._run) + len(self._pending)
 
     def feed(self, data: bytes) -> None:
         """Take bytes in any chunks."""
@@ -137,15 +130,16 @@ class FrameSplitter:
             self.feed(b"")
         self._end_run()
 
-    def next_frame(self) -> SuperFrame | Unreadable | Overrun | None:
+    def next_frame(self) -> SuperFrame | Unreadable | None:
         """Return the next frame, the next run of bytes between frames, or None."""
-        return self._waiting.next()
+        return self._waiting.popleft() if self._waiting else None
 
     def discard(self) -> None:
         """Discard all buffered bytes and entries."""
         self._consumed += len(self._pending)
-        for held in (self._pending, self._run, self._waiting):
-            held.clear()
+        self._pending.clear()
+        self._run.clear()
+        self._waiting.clear()
 
     def _take(self, at: int) -> int:
         """Process the bytes at an index; return the number consumed, 0 if more are needed."""
@@ -162,7 +156,7 @@ class FrameSplitter:
         wanted = check_bytes(frame[:-_CHECK])
         if size and frame[-_CHECK:] == wanted:
             self._end_run()
-            self._waiting.put(SuperFrame(frame, self._consumed + at))
+            self._waiting.append(SuperFrame(frame, self._consumed + at))
             return size
         reason = f"the check bytes should be {wanted.hex(' ')}" if size else _NO_FRAME
         self._skip(pending[at : at + 1], reason)
@@ -193,5 +187,5 @@ class FrameSplitter:
 
     def _end_run(self) -> None:
         if self._run:
-            self._waiting.put(Unreadable(bytes(self._run), self._reason))
+            self._waiting.append(Unreadable(bytes(self._run), self._reason))
             self._run.clear()

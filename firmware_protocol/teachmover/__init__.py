@@ -1,14 +1,11 @@
-"""The TeachMover dialect: messages, host and device."""
+"""The TeachMover dialect: messages and host."""
 
 from firmware_protocol.events import Stray as Stray
 from firmware_protocol.events import Unreadable as Unreadable
-from firmware_protocol.teachmover.endpoints import MAX_ROWS as MAX_ROWS
-from firmware_protocol.teachmover.endpoints import Completed as Completed
-from firmware_protocol.teachmover.endpoints import Device as Device
-from firmware_protocol.teachmover.endpoints import Event as Event
-from firmware_protocol.teachmover.endpoints import Host as Host
-from firmware_protocol.teachmover.endpoints import Ignored as Ignored
-from firmware_protocol.teachmover.endpoints import Request as Request
+from firmware_protocol.teachmover.host import MAX_ROWS as MAX_ROWS
+from firmware_protocol.teachmover.host import Completed as Completed
+from firmware_protocol.teachmover.host import Event as Event
+from firmware_protocol.teachmover.host import Host as Host
 from firmware_protocol.teachmover.messages import ATTENTION as ATTENTION
 from firmware_protocol.teachmover.messages import SPEED_MAX as SPEED_MAX
 from firmware_protocol.teachmover.messages import Arm as Arm

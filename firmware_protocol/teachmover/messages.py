@@ -7,9 +7,8 @@ here raises `BadField` (a `LocalProtocolError`) that names the field, the value 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
-from enum import Enum, IntEnum, auto
-from types import MappingProxyType
+from collections.abc import Callable, Sequence
+from enum import IntEnum
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import (
@@ -309,31 +308,6 @@ class Registers:
 
 Command: TypeAlias = Step | Read | Close | Reset | Set | Run | QDump | QWrite | Arm | Delay
 Reply: TypeAlias = Status | Registers | ProgramRow
-
-
-# What a command is answered with: a status line, and after DONE, of some, something more.
-
-
-class Due(Enum):
-    """What the device owes, and the host waits for."""
-
-    NOTHING = auto()
-    STATUS = auto()
-    REGISTERS = auto()
-    ROWS = auto()
-
-
-AFTER_DONE: Mapping[type[Command], Due] = MappingProxyType({Read: Due.REGISTERS, QDump: Due.ROWS})
-"""What follows the status line DONE, for the commands where something does."""
-
-FORMS: Mapping[Due, tuple[type[Reply], str]] = MappingProxyType(
-    {
-        Due.STATUS: (Status, "a status line"),
-        Due.REGISTERS: (Registers, "a register line"),
-        Due.ROWS: (ProgramRow, "a program row"),
-    }
-)
-"""The form of what is due, and what it is called."""
 
 
 # Lines, one at a time, to messages and back.

@@ -7,6 +7,7 @@ from itertools import count
 
 from armdrive.dialects.controller import Controller
 from armdrive.sim.device import SimDevice
+from armdrive.sim.simulated_arm import link_to
 from armdrive.sim.wire import MemoryLink
 from armdrive.tasks import Alert, Event, Progress, ProtocolWarning, SwitchOn
 from firmware_protocol.frames import Frame, Unpacker, pack
@@ -85,6 +86,23 @@ class DriverBench:
 
     def _send(self) -> None:
         raise NotImplementedError
+
+
+class SerialBench(DriverBench):
+    """A controller on the wire of a simulated board."""
+
+    def __init__(self, controller: Controller, device: SimDevice) -> None:
+        super().__init__(controller)
+        self.device, self.link = device, link_to(device)
+
+    def _step(self, end_s: float) -> None:
+        self._pass_to(self._due_s(end_s, self.link.next_s()))
+        self.controller.receive(self.link.read(self.now_s), self.now_s)
+        self._send()
+
+    def _send(self) -> None:
+        if data := self.controller.advance(self.now_s):
+            self.link.write(data, self.now_s)
 
 
 BOTH, ORDERS, ANSWERS = (True, False), (True,), (False,)

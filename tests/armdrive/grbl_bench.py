@@ -9,7 +9,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate_device
 from armdrive.sim.mechanics.motors import LimitSwitch
 from armdrive.sim.wire import DeviceLine, MemoryLink
-from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
+from firmware_protocol.grbl import Banner, Host, StatusReport
 from firmware_protocol.grbl.answers import decode_answer
 
 BAUD = 115_200
@@ -57,7 +57,6 @@ class Bench:
         self.now_s = 0.0
         self.heard: list[str] = []
         self.reports: list[StatusReport] = []
-        self.reader = LineReader()
         self.rest = b""
         self.wait(0.05)
 

@@ -4,7 +4,7 @@ from fuzzing import FuzzCase
 from hypothesis import strategies as st
 
 from firmware_protocol import robko01
-from firmware_protocol.robko01.messages import encode_answer, encode_request
+from firmware_protocol.robko01.messages import encode_answer
 
 BYTE = st.integers(0, 255)
 PAYLOAD = st.binary(max_size=26)
@@ -74,14 +74,4 @@ def _host_saw_one(host: robko01.Host) -> bool:
     return seen
 
 
-def _device_saw_one(device: robko01.Device) -> bool:
-    seen = False
-    while (event := device.next_event()) is not None:
-        if not isinstance(event, robko01.Unreadable | robko01.Overrun):
-            seen = True
-            device.send(robko01.Acknowledged(event.op, robko01.Status.ERROR))
-    return seen
-
-
 HOST = FuzzCase("robko01 host", robko01.Host, ANSWERS.map(encode_answer), _host_saw_one)
-DEVICE = FuzzCase("robko01 device", robko01.Device, REQUESTS.map(encode_request), _device_saw_one)

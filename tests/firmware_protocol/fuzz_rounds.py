@@ -1,8 +1,8 @@
 """Damaged frames for every registered codec, and the three things that must hold of them.
 
-Nothing raises. Memory stays bounded, events fetched or not. After bad bytes the first good
-frame may be lost, to a line end that is missing; but one is heard by the time that good frames
-as long as the longest of the dialect have followed the first: so much a spoilt length can hide.
+Nothing raises. Memory stays bounded. After bad bytes the first good frame may be lost, to a line
+end that is missing; but one is heard by the time that good frames as long as the longest of the
+dialect have followed the first: so much a spoilt length can hide.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ FRAMES_KEPT = 6
 """So far up the stack an allocation is looked for in a codec."""
 
 MOST_GROWN_BYTES = 1 << 14
-MOST_FLOODED_BYTES = 1 << 20
 RESYNC_EVERY = 10
 
 
@@ -51,7 +50,6 @@ class Tally:
     fed_bytes: int = 0
     resyncs: int = 0
     most_good_frames: int = 0
-    held_bytes: int = 0
 
     def add(self, other: Tally) -> None:
         """Take in another run."""
@@ -59,7 +57,6 @@ class Tally:
         self.fed_bytes += other.fed_bytes
         self.resyncs += other.resyncs
         self.most_good_frames = max(self.most_good_frames, other.most_good_frames)
-        self.held_bytes = max(self.held_bytes, other.held_bytes)
 
 
 def registered(codecs: Sequence[str] = CODECS) -> list[FuzzCase]:
@@ -152,7 +149,6 @@ def run(case: FuzzCase, seed: int, frames: int) -> Tally:
             raise
         except Exception as error:
             raise Violation(number, f"raised {type(error).__name__}: {error}") from error
-        _weigh(case, machine, tally)
     return tally
 
 
@@ -171,13 +167,6 @@ def _resync(
         passed = passed + len(frame) if sent > 1 else 0
     tally.resyncs += 1
     tally.most_good_frames = max(tally.most_good_frames, sent)
-
-
-def _weigh(case: FuzzCase, machine: Machine, tally: Tally) -> None:
-    held = getattr(machine, "buffered", 0)
-    tally.held_bytes = max(tally.held_bytes, held)
-    if held > case.most_held:
-        raise Violation(tally.frames, f"{held} bytes are held")
 
 
 def grown_bytes(case: FuzzCase, seed: int, frames: int) -> int:
@@ -223,20 +212,3 @@ def _is_a_codecs(trace: tracemalloc.Trace) -> bool:
     """Return whether a codec or its test has allocated something; faster than a `Filter`."""
     files = [frame.filename for frame in trace.traceback]
     return any("firmware_protocol" in file for file in files) and tracemalloc.__file__ not in files
-
-
-def flooded_bytes(case: FuzzCase, seed: int, frames: int) -> int:
-    """Return the memory that frames take whose events nobody fetches."""
-    rng = random.Random(f"{case.name} {seed} flood")
-    machine = case.make()
-    case.good(rng)  # draws the frames now, since that takes memory
-    tracemalloc.start(FRAMES_KEPT)
-    try:
-        for _ in range(frames):
-            feed(machine, rng, damaged(rng, case.good))
-        held = _held_bytes()
-    finally:
-        tracemalloc.stop()
-    if held > MOST_FLOODED_BYTES:
-        raise Violation(frames, f"{held} bytes in use when no event is fetched")
-    return held

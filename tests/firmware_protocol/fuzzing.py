@@ -27,17 +27,17 @@ class FuzzCase:
     """One end of a codec: how to build it, what its peer sends, how to see that it understood.
 
     `frames` draws the bytes of one valid frame as the peer would send it; `sign_of_good` fetches
-    every waiting event and tells whether one of them was a valid frame. `most_held` bounds the
-    bytes in its buffers; after bad bytes, one of `most_good` good frames is heard, where a codec
-    promises so much.
+    every waiting event and tells whether one of them was a valid frame. After bad bytes, one of
+    `most_good` good frames is heard, where a codec promises so much. `limited` says that it keeps
+    a limited number of events that nobody fetches.
     """
 
     name: str
     make: Callable[[], Any]
     frames: st.SearchStrategy[bytes]
     sign_of_good: Callable[[Any], bool]
-    most_held: int = 1 << 17
     most_good: float = math.inf
+    limited: bool = False
 
     def good(self, rng: random.Random) -> bytes:
         """Return one of the frames that the peer may send."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange, Offsets
+from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -23,7 +23,7 @@ from armdrive.dialects.controller import (
     Stopping,
     answer_without_device,
 )
-from armdrive.dialects.exchange import TRIES, Script, ScriptIO, T
+from armdrive.dialects.exchange import TRIES, Obstructed, Script, ScriptIO, T
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.tasks import (
     Alert,
@@ -155,27 +155,33 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         )
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
-        """Return the script for a request; commands that are safe to repeat are retried."""
+        """Carry out a request; commands that are safe to repeat are retried."""
+        board, switches = self._board, self._settings.switches_torque
         match request:
             case MoveBy(steps, rate_hz):
                 drive = DriveAll(_by_channel(self._settings.channels, steps))
-                return self._motion.move(drive, self._table.setting(rate_hz), request.released)
+                rpm = self._table.setting(rate_hz)
+                return (yield from self._motion.move(drive, rpm, request.released))
             case ReadPosition():
-                return self._answered(self._board.look(), self._registers)
-            case SwitchOn() if self._settings.switches_torque:
-                return self._answered(self._switched_on(), lambda _: Done())
-            case DropCurrent() if self._settings.switches_torque:
-                return self._answered(self._board.ensure(Torque(on=False)), lambda _: Done())
+                return self._registers((yield from self._answered(board.look())))
+            case SwitchOn() if switches:
+                yield from self._answered(board.ensure(Torque(on=True)))
+                # if the line doubled the `t`, the board has switched the motors off again, which
+                # it has reported once it has answered the next question
+                yield from self._answered(board.look())
+                return Done()
+            case DropCurrent() if switches:
+                yield from self._answered(board.ensure(Torque(on=False)))
+                return Done()
             case ClearFault():
-                return self._answered(self._board.settle(), lambda _: Done())
-            case ReadSettings() if self._board.firmware:
-                return _at_once(DeviceSettings(firmware=self._board.firmware))
+                yield from self._answered(board.settle())
+                return Done()
             case ReadSettings():
-                return self._answered(
-                    self._board.settle(), lambda _: DeviceSettings(firmware=self._board.firmware)
-                )
+                if not board.firmware:
+                    yield from self._answered(board.settle())
+                return DeviceSettings(firmware=board.firmware)
             case _:
-                return _at_once(answer_without_device(request))
+                return answer_without_device(request)
 
     def unsolicited(self, event: HostEvent) -> None:
         """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""
@@ -226,23 +232,13 @@ class ArmdroidController(ScriptRunner[HostEvent]):
 
     # -- scripts ------------------------------------------------------------------------------
 
-    def _answered(
-        self, script: Script[HostEvent, T | None], reply: Callable[[T], Reply]
-    ) -> Script[HostEvent, Reply]:
-        """Make a reply of what a script returns; None means that the board does not answer."""
+    def _answered(self, script: Script[HostEvent, T | None]) -> Script[HostEvent, T]:
+        """Return what a script returns. Raises `Obstructed` if the board does not answer."""
         began_s = self.io.now_s
         found = yield from script
-        return self.io.silence(began_s) if found is None else reply(found)
-
-    def _switched_on(self) -> Script[HostEvent, Offsets | None]:
-        """Switch the motors on; return the offsets, or None if the board does not answer.
-
-        A `t` that the line has doubled switches them off again, which the board has reported once
-        it has answered the next question.
-        """
-        if (yield from self._board.ensure(Torque(on=True))) is None:
-            return None
-        return (yield from self._board.look())
+        if found is None:
+            raise Obstructed(self.io.silence(began_s))
+        return found
 
     def _registers(self, offsets: tuple[int, ...]) -> Registers:
         return Registers(Motors(offsets[channel - 1] for channel in self._settings.channels))
@@ -255,12 +251,6 @@ def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
 def _by_channel(channels: tuple[int, ...], steps: Motors) -> tuple[int, ...]:
     by_channel = dict(zip(channels, steps, strict=True))
     return tuple(by_channel[channel] for channel in sorted(by_channel))
-
-
-def _at_once(reply: Reply) -> Script[HostEvent, Reply]:
-    """Answer at once."""
-    yield from ()
-    return reply
 
 
 DRIVER = Driver(ArmdroidSettings, ArmdroidController)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armdrive.dialects.exchange import Script, ScriptIO
+from armdrive.dialects.exchange import TRIES, Obstructed, Script, ScriptIO
 from armdrive.dialects.grbl.board import LINES_IGNORED, MOVING, BoardState
 from armdrive.dialects.grbl.exchange import (
     REPORTS_TO_OFFSET,
@@ -13,22 +13,19 @@ from armdrive.dialects.grbl.exchange import (
 )
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
-from armdrive.tasks import Alert, AlertKind, Done, Reply, RequestRejected, Timeout
+from armdrive.tasks import Alert, AlertKind, Done, Reply, RequestRejected
 from firmware_protocol.grbl import (
     Acknowledged,
-    Modes,
-    QueryBuildInfo,
+    Line,
     Realtime,
     Restarted,
     State,
     StatusReported,
-    Unlock,
+    SystemCommand,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
-TRIES = 3
-"""Attempts to read the build information, to set the modes, and to clear an alarm."""
 CONFIRMING_REPORTS = 2
 """Reports that must show an output to be off; a report has no checksum, so one may be wrong."""
 RESET_ALARMS = (1, 2, 8, 9, 15)
@@ -38,6 +35,9 @@ next line from where its search was to end, not from where it stands (Homing.cpp
 """
 LEFTOVER_MOTION_S = 1.0
 """Time allowed for a motion that an earlier program left running, before it is stopped."""
+MODES = Line("G17G21G91G94G54")
+"""The parser's modes that motions rely on: plane XY, mm, relative, units per minute, and the first
+coordinate system. A reset or a start-up line may have changed them."""
 READS_NO_LINES = (
     "the board reports idle but reads no lines, even after a reset: switch it off and on, then "
     "home the arm"
@@ -55,10 +55,10 @@ class GrblContact:
     outputs: GrblOutputs
     settings: GrblSettings
 
-    def make(self) -> Script[HostEvent, Timeout | RequestRejected | None]:
+    def make(self) -> Script[HostEvent, None]:
         """Make contact, whether or not opening the port has reset the board. Moves nothing.
 
-        Return the reason for a failure, or None.
+        Raises `Obstructed` if that fails.
         """
         began_s = self.io.now_s
         # wait for a banner or a report: a board that is starting up does not answer for a while
@@ -66,29 +66,28 @@ class GrblContact:
         alive = yield from self.exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
         if not alive and not (yield from self.exchange.soft_reset()):
             self.io.write(b"", "?")
-            return self.io.silence(began_s, "and none to a reset")
+            raise Obstructed(self.io.silence(began_s, "and none to a reset"))
         if not (yield from self._end_leftover_motion()):
-            return self.io.silence(began_s)
+            raise Obstructed(self.io.silence(began_s))
         self.exchange.end_echo()
         # that reset may have been lost or not needed, so check that the board reads lines
         if not (yield from self._reads_lines(seen=True)):
-            return self.io.silence(began_s)
+            raise Obstructed(self.io.silence(began_s))
         yield from self._recognise()
         # the report's coordinates give the number of axes, if `$I` has not named them
-        yield from self.exchange.look(self.settings.answer_s)
+        yield from self.exchange.look()
         if self.board.lacking:
-            return RequestRejected(self._lacking_words(), moved=False)
+            raise Obstructed(self._lacking_words())
         self.exchange.send_realtime(Realtime.FEED_100)
         self.board.contacted = True
         if self.board.state is State.ALARM:
             self.io.notify(Alert(AlertKind.LOCKED, self.board.locked_words()))
-        return None
 
     def _recognise(self) -> Script[HostEvent, None]:
         """Ask for the build information until it arrives undamaged."""
         for _ in range(TRIES):
             board, garbled = self.board, self.board.garbled
-            message = yield from self.exchange.ask(QueryBuildInfo(), self.settings.answer_s)
+            message = yield from self.exchange.ask(SystemCommand.QUERY_BUILD)
             board.recognised = isinstance(message, Acknowledged) and board.garbled == garbled
             # if an axis is lacking, its letter may have been damaged: ask again
             if board.recognised and not board.lacking:
@@ -110,12 +109,12 @@ class GrblContact:
         (gnea/grbl grbl/main.c: the prior state and sys_position stay), and the motors stay on if
         $1 is 255.
         """
-        if not (yield from self.exchange.look(self.settings.answer_s)):
+        if not (yield from self.exchange.look()):
             return True  # it may read lines nevertheless
         end_s = self.io.now_s + LEFTOVER_MOTION_S
         while self.board.state in MOVING and self.io.now_s < end_s:
             yield from self.io.pause(self.io.now_s + self.settings.poll_s)
-            yield from self.exchange.look(self.settings.answer_s)
+            yield from self.exchange.look()
         if self.board.in_motion:
             yield from self.stops.hold()
         elif self.board.state in LINES_IGNORED or not (yield from self._reset_may_open_gripper()):
@@ -133,7 +132,7 @@ class GrblContact:
             return self.outputs.reset_lets_go
         confirmations = 0
         for _ in range(REPORTS_TO_OFFSET):
-            seen = yield from self.exchange.look(self.settings.answer_s)
+            seen = yield from self.exchange.look()
             if not seen or self.board.reported is None:
                 break
             report = self.board.reported.report
@@ -151,20 +150,20 @@ class GrblContact:
         motion, without one, after the reset that ends a limit alarm.
         """
         began_s = self.io.now_s
-        seen = yield from self.exchange.look(self.settings.answer_s)
+        seen = yield from self.exchange.look()
         for _ in range(TRIES):
             if seen and self.board.state in MOVING:
                 yield from self.stops.hold()
             elif not (yield from self._reads_lines(seen=seen)):
                 return self.io.silence(began_s)
-            seen = yield from self.exchange.look(self.settings.answer_s)
+            seen = yield from self.exchange.look()
             if self.board.state in (State.IDLE, State.ALARM):
                 break
         if self.board.state is State.ALARM:
-            answer = yield from self.exchange.ask(Unlock(), self.settings.answer_s)
+            answer = yield from self.exchange.ask(SystemCommand.UNLOCK)
             if not isinstance(answer, Acknowledged):
                 return refusal(answer, "the board stays locked")
-            yield from self.exchange.look(self.settings.answer_s)
+            yield from self.exchange.look()
         if self.board.state is not State.IDLE:
             state = self.board.state or "unknown"
             return RequestRejected(f"the board's state is {state}", moved=False)
@@ -178,24 +177,27 @@ class GrblContact:
             return True
         return (yield from self.exchange.soft_reset())
 
-    def prepare(self) -> Script[HostEvent, RequestRejected | None]:
-        """Make the board ready for a motion; return the reason if that fails, or None."""
+    def prepare(self) -> Script[HostEvent, None]:
+        """Make the board ready for a motion. Raises `Obstructed` if that fails."""
         board = self.board
-        if not (yield from self.exchange.confirm_position(self.settings.answer_s)):
-            words = board.alarm_words() if board.alarm else "the board reports no position"
-            return RequestRejected(words, moved=False)
+        if not (yield from self.exchange.confirm_position()):
+            raise Obstructed(
+                board.alarm_words() if board.alarm else "the board reports no position"
+            )
         if board.state is State.ALARM:
-            return RequestRejected(board.locked_words(), moved=False)
+            raise Obstructed(board.locked_words())
         if board.state is not State.IDLE:
-            return RequestRejected(board.busy_words(), moved=False)
+            raise Obstructed(board.busy_words())
         for _ in range(2):
             if (yield from self.exchange.clean_line()):
                 refused = yield from self._set_modes()
-                if refused is None or not board.polls.stray:
-                    return refused
+                if refused is None:
+                    return
+                if not board.polls.stray:
+                    raise Obstructed(refused)
             if not (yield from self.stops.free()):
                 break
-        return RequestRejected(READS_NO_LINES, moved=False)
+        raise Obstructed(READS_NO_LINES)
 
     def _set_modes(self) -> Script[HostEvent, RequestRejected | None]:
         """Set the parser modes that our lines need; repeating this is harmless."""
@@ -203,7 +205,7 @@ class GrblContact:
         for _ in range(0 if self.board.modes_set else TRIES):
             if not (yield from self.exchange.clean_line()):
                 break
-            message = yield from self.exchange.ask(Modes(relative=True), self.settings.answer_s)
+            message = yield from self.exchange.ask(MODES)
             if isinstance(message, Acknowledged):
                 self.board.modes_set = True
                 break

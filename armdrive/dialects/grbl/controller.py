@@ -28,7 +28,7 @@ from armdrive.dialects.controller import (
     Stopping,
     in_turn,
 )
-from armdrive.dialects.exchange import Script
+from armdrive.dialects.exchange import TRIES, Script
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import GrblExchange, refusal
@@ -68,8 +68,7 @@ from firmware_protocol.grbl import (
     Home,
     Host,
     Line,
-    QuerySettings,
-    Sleep,
+    SystemCommand,
     keys,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
@@ -77,8 +76,6 @@ from firmware_protocol.grbl.host import Event as HostEvent
 SETTING = r"\$([0-9]+|/[a-z0-9_/]+)=[0-9.]+"
 """A line that writes a setting, on FluidNC also by its path. Other lines that begin with $ jog,
 home or store a motion."""
-TRIES = 3
-"""Attempts to read a complete set of settings."""
 SETTING_WRITE_S = 2.0
 """Timeout for writing a setting to the board's EEPROM."""
 
@@ -93,11 +90,7 @@ class GrblController(ScriptRunner[HostEvent]):
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: GrblSettings = config.device
         axes = BoardAxes.of(config)
-        host = Host(
-            Dialect(  # a board that lacks outputs or homing by axis refuses those words itself
-                axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True
-            )
-        )
+        host = Host(Dialect(axes=axes.board(), ring_bytes=None))
         super().__init__(replace(abilities, motors=len(axes.letters)), host)
         self.settings = settings
         self.axes = axes
@@ -129,14 +122,13 @@ class GrblController(ScriptRunner[HostEvent]):
         return self._carry_out(request)
 
     def _carry_out(self, request: Request) -> Script[HostEvent, Reply]:
-        if not self.board.contacted and (problem := (yield from self.contact.make())) is not None:
-            return problem
+        if not self.board.contacted:
+            yield from self.contact.make()
         if isinstance(request, MoveBy):
             request = MoveAlong(iter((request,)), math.inf)
         match request:
             case MoveAlong():
-                if (problem := (yield from self.contact.prepare())) is not None:
-                    return problem
+                yield from self.contact.prepare()
                 return (yield from self._motion(request).drive())
             case ReadPosition():
                 return (yield from self.exchange.read_position())
@@ -150,7 +142,7 @@ class GrblController(ScriptRunner[HostEvent]):
                 return (yield from self.outputs.set_gripper(share))
             case DropCurrent():
                 self.board.modes_set = False
-                return (yield from self.exchange.carry_out(Sleep(), self.settings.answer_s))
+                return (yield from self.exchange.carry_out(SystemCommand.SLEEP))
             case HomeDevice(groups):
                 return (yield from self.homing.home(groups))
             case SwitchOn() | ClearFault():
@@ -170,15 +162,15 @@ class GrblController(ScriptRunner[HostEvent]):
 
     def _compare(self) -> Script[HostEvent, Reply]:
         """Read the settings until they are complete, and learn the axes' actual limits."""
-        board, answer_s = self.board, self.settings.answer_s
+        board = self.board
         reported, paths = board.reported_settings, board.behaviour.paths
         homing = self.axes.letters if self.settings.homing else ""
         for _ in range(TRIES):
             reported.clear()
-            message = yield from self.exchange.ask(QuerySettings(), answer_s)
+            message = yield from self.exchange.ask(SystemCommand.QUERY_SETTINGS)
             for path in paths.unlisted(homing) if paths is not None else ():
                 if isinstance(message, Acknowledged):
-                    yield from self.exchange.ask(Line(f"${path}"), answer_s)
+                    yield from self.exchange.ask(Line(f"${path}"))
             found = Comparison(
                 self.settings, self.axes, board.letters, dict(reported), board.behaviour
             )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from types import UnionType
 from typing import TypeAlias
 
-from armdrive.dialects.exchange import Script, ScriptIO
+from armdrive.dialects.exchange import TRIES, Script, ScriptIO
 from armdrive.dialects.grbl.board import BoardState
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.tasks import Done, Reply, RequestRejected
@@ -32,9 +32,6 @@ REPORT_TIMEOUT_S = 0.25
 """A report that takes longer counts as lost."""
 BANNER_TIMEOUT_S = 1.5
 """Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first."""
-CONFIRMATIONS = 3
-"""Attempts to get two reports in a row that agree."""
-RESETS = 3
 RESET_POLL_S = 0.02
 """Interval of queries after a reset in motion. A restarting board is mute, so an answer means that
 the reset was lost."""
@@ -46,7 +43,6 @@ board refuses it. The first bracket ends a comment. GRBL refuses the second one,
 letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl grbl/protocol.c
 and gcode.c).
 """
-FLUSHES = 3
 ECHO_OFF = b"\f"
 """Ends the echo of a FluidNC board that has heard a control character, from a terminal program or
 by a damaged byte (FluidNC lineedit.cpp). The others ignore it."""
@@ -138,8 +134,11 @@ class GrblExchange:
 
     # -- asking -------------------------------------------------------------------------------
 
-    def look(self, patience_s: float) -> Script[HostEvent, bool]:
+    # A `patience_s` that is not given is the arm file's `answer_s`.
+
+    def look(self, patience_s: float | None = None) -> Script[HostEvent, bool]:
         """Query until a report arrives; return False at the timeout. Moves nothing."""
+        patience_s = self.settings.answer_s if patience_s is None else patience_s
         return self.sign_of_life(patience_s, REPORT_TIMEOUT_S, StatusReported)
 
     def sign_of_life(
@@ -157,7 +156,7 @@ class GrblExchange:
         self.io.last_command = "?"
         return False
 
-    def look_position(self, patience_s: float) -> Script[HostEvent, bool]:
+    def look_position(self, patience_s: float | None = None) -> Script[HostEvent, bool]:
         """Query until the machine position is known, which may need a report with the offset."""
         for _ in range(REPORTS_TO_OFFSET):
             if not (yield from self.look(patience_s)):
@@ -166,16 +165,16 @@ class GrblExchange:
                 return True
         return False
 
-    def confirm_position(self, patience_s: float) -> Script[HostEvent, bool]:
+    def confirm_position(self) -> Script[HostEvent, bool]:
         """Query until a report repeats the state and the position that were known before it.
 
         A report has no checksum, so a surprising one counts only when it is repeated. Return False
         if the position remains unknown.
         """
         board = self.board
-        for _ in range(CONFIRMATIONS):
+        for _ in range(TRIES):
             known = board.state, board.position
-            if not (yield from self.look_position(patience_s)):
+            if not (yield from self.look_position()):
                 return False
             if known == (board.state, board.position):
                 break
@@ -192,14 +191,18 @@ class GrblExchange:
             return RequestRejected(self.board.alarm_words(), moved=False)
         return self.io.silence(began_s)
 
-    def carry_out(self, command: Command, patience_s: float) -> Script[HostEvent, Reply]:
+    def carry_out(
+        self, command: Command, patience_s: float | None = None
+    ) -> Script[HostEvent, Reply]:
         """Send one line; return `Done`, or the reason why the board did not carry it out."""
         message = yield from self.ask(command, patience_s)
         if isinstance(message, Acknowledged):
             return Done()
         return refusal(message, f"`{command.text}` was not carried out")
 
-    def ask(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
+    def ask(
+        self, command: Command, patience_s: float | None = None
+    ) -> Script[HostEvent, Answer | None]:
         """Send one line and return its answer, an alarm or a restart; None at the timeout."""
         if not (yield from self.clean_line()):
             return None  # the board answers no line at all
@@ -221,8 +224,8 @@ class GrblExchange:
         answer may be outstanding afterwards, so wait a while and try again.
         """
         answered = False
-        for _ in range(FLUSHES):
-            answer = yield from self._ask(Line(FLUSH_LINE), self.settings.answer_s)
+        for _ in range(TRIES):
+            answer = yield from self._ask(Line(FLUSH_LINE))
             answered |= answer is not None
             if isinstance(answer, Acknowledged):
                 yield from self.io.pause(self.io.now_s + REPORT_TIMEOUT_S)
@@ -231,16 +234,21 @@ class GrblExchange:
                 return True
         return answered
 
-    def _ask(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
+    def _ask(
+        self, command: Command, patience_s: float | None = None
+    ) -> Script[HostEvent, Answer | None]:
         answer = yield from self._one_line(command, patience_s)
         if isinstance(answer, Refused):
             # grblHAL refuses all g-code after a refused line, until an empty one (protocol.c)
-            yield from self._one_line(Line(), self.settings.answer_s)
+            yield from self._one_line(Line())
         return answer
 
-    def _one_line(self, command: Command, patience_s: float) -> Script[HostEvent, Answer | None]:
+    def _one_line(
+        self, command: Command, patience_s: float | None = None
+    ) -> Script[HostEvent, Answer | None]:
         self.forget_lines()
         self.send(command)
+        patience_s = self.settings.answer_s if patience_s is None else patience_s
         end_s = self.wire_free_s + patience_s
         while True:
             message = yield from self.listen(end_s)
@@ -262,7 +270,7 @@ class GrblExchange:
             yield from self._reset_into_hold()
             if self.board.aborted:  # the board had restarted already
                 return True
-        for _ in range(RESETS):
+        for _ in range(TRIES):
             if (yield from self._reset(moving or self.board.in_motion)):
                 return True
             self.forget_lines()  # the banner may have been garbled

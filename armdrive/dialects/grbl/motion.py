@@ -358,7 +358,7 @@ class GrblHoming:
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home one motor after the other, in the order of `commands`."""
         began_s = self.io.now_s
-        if not (yield from self.exchange.confirm_position(self.settings.answer_s)):
+        if not (yield from self.exchange.confirm_position()):
             return self.io.silence(began_s)
         if self.board.state not in (State.IDLE, State.ALARM):
             return RequestRejected(self.board.busy_words(), moved=False)
@@ -382,7 +382,7 @@ class GrblHoming:
         motor = self.letters.index(command.axes)
         for _ in range(2):
             began_s = self.io.now_s
-            if not (yield from self.exchange.confirm_position(self.settings.answer_s)):
+            if not (yield from self.exchange.confirm_position()):
                 return self.io.silence(began_s)
             watch = HomingWatch(motor, self.board.registers().positions)
             failed = yield from self._search(command, watch)
@@ -412,7 +412,7 @@ class GrblHoming:
                 "was changed on the wire"
             )
         for _ in range(2):
-            if not (yield from self.exchange.look_position(self.settings.answer_s)):
+            if not (yield from self.exchange.look_position()):
                 return self.io.silence(began_s)
             watch.see(self.board.registers().positions)
         return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from armdrive.dialects.exchange import Script, ScriptIO
@@ -19,8 +19,6 @@ from armdrive.errors import Refused
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol.grbl import (
     Acknowledged,
-    Coolant,
-    DigitalOutput,
     Line,
     Realtime,
     State,
@@ -96,31 +94,31 @@ class GrblOutputs:
         span = self._settings.servo_open - self._settings.servo_closed
         value = self._settings.servo_closed + span * share
         word = "S" if self._settings.servo == "M3" else "Q"
-        line = Line(f"{self._settings.servo}{word}{value:.3f}".rstrip("0").rstrip("."))
-        return (yield from self._carry_out((line,), "the gripper's servo"))
+        line = f"{self._settings.servo}{word}{value:.3f}".rstrip("0").rstrip(".")
+        return (yield from self._carry_out([line], "the gripper's servo"))
 
     def _switch(self, bits: int) -> Script[HostEvent, RequestRejected | None]:
         """Switch the outputs. A single command switches both flood and mist off."""
         words = self._settings.outputs
         on = {word for bit, word in enumerate(words) if bits >> bit & 1}
-        commands: list[Line | Coolant | DigitalOutput] = []
+        lines = []
         if {"flood", "mist"} & set(words) - on:
-            commands.append(Coolant(on=False))
-        commands += [Coolant(on=True)] * ("flood" in on)
-        commands += [Line("M7")] * ("mist" in on)
-        commands += [
-            DigitalOutput(int(word[1:]), word in on, at_once=True)
-            for word in words
-            if word.startswith("P")
-        ]
-        return (yield from self._carry_out(tuple(commands), "the outputs"))
+            lines.append("M9")
+        if "flood" in on:
+            lines.append("M8")
+        if "mist" in on:
+            lines.append("M7")
+        # M64 and M65 switch at once; M62 and M63 would wait for the next motion
+        ports = [word for word in words if word.startswith("P")]
+        lines += [f"M64{port}" if port in on else f"M65{port}" for port in ports]
+        return (yield from self._carry_out(lines, "the outputs"))
 
     def _carry_out(
-        self, commands: tuple[Line | Coolant | DigitalOutput, ...], what: str
+        self, lines: Sequence[str], what: str
     ) -> Script[HostEvent, RequestRejected | None]:
         """Send lines one at a time; return the reason if one was refused, or None."""
-        for command in commands:
-            message = yield from self._exchange.ask(command, self._settings.answer_s)
+        for line in lines:
+            message = yield from self._exchange.ask(Line(line))
             if not isinstance(message, Acknowledged):
                 return refusal(message, what)
         return None

@@ -8,7 +8,7 @@ from armdrive.dialects import DeviceTools
 from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.events import Overrun, Unreadable
+from firmware_protocol.events import Unreadable
 from firmware_protocol.robko01 import Host, Op, Ping, Stray
 from firmware_protocol.robko01.frames import FrameSplitter, SuperFrame
 from firmware_protocol.robko01.messages import (
@@ -78,8 +78,7 @@ class RobkoFrames:
         self._frames.feed(data)
         found = []
         while (frame := self._frames.next_frame()) is not None:
-            if not isinstance(frame, Overrun):
-                found.append(_weighed(frame))
+            found.append(_weighed(frame))
         return found
 
 

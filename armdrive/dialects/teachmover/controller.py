@@ -17,7 +17,7 @@ from armdrive.dialects.controller import (
     Stopping,
     answer_without_device,
 )
-from armdrive.dialects.exchange import Script, ScriptIO
+from armdrive.dialects.exchange import Script
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
 from armdrive.dialects.teachmover.settings import TeachMoverSettings
 from armdrive.tasks import (
@@ -52,54 +52,13 @@ from firmware_protocol.teachmover import (
     Unreadable,
 )
 from firmware_protocol.teachmover import Registers as RegistersRead
-from firmware_protocol.teachmover.endpoints import Event as HostEvent
+from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
 
-# A dump of the program in the TeachMover's own memory.
-#
-# Nothing marks the end of a dump, so it ends when no byte has come for longer than a row takes.
-
 LONGEST_ROW = len("-32768," * 8)
-"""Characters of the longest row; a CR takes the place of the last comma."""
-
+"""Characters of the longest row of a program; a CR takes the place of the last comma."""
 OVERLONG_FACTOR = 2.0
 """A dump that takes this many times as long as the longest possible one is no dump."""
-
-
-def read_dump(
-    io: ScriptIO[HostEvent], host: Host, byte_s: float, margin_s: float
-) -> Script[HostEvent, Reply | None]:
-    """Read the program; return it, or a rejection with the reason, or None if nothing answered.
-
-    A character takes `byte_s` on the wire, and a row may be late by `margin_s`. One unreadable row
-    makes the whole dump invalid.
-    """
-    data = host.send(QDump())
-    io.write(data, data.decode("ascii").strip())
-    first_s = io.now_s + (len(data) + len("1\r")) * byte_s + margin_s
-    last_s = first_s + MAX_ROWS * LONGEST_ROW * byte_s * OVERLONG_FACTOR
-    pause_s = LONGEST_ROW * byte_s + margin_s
-    events: list[HostEvent] = []
-    while not any(isinstance(each, Completed) for each in events):
-        until_s = min(io.heard_s + pause_s, last_s) if host.dumping else first_s
-        if io.now_s >= until_s:
-            break
-        event = yield until_s
-        if event is not None:
-            events.append(event)
-    if host.dumping:
-        host.end_dump()
-        events += iter(host.next_event, None)  # an unfinished row comes first, as a garbled one
-    bad = [each.reason for each in events if isinstance(each, Unreadable)]
-    ended = next((each for each in events if isinstance(each, Completed)), None)
-    if ended is None:
-        return None
-    if bad:
-        return RequestRejected(f"the arm's program cannot be read: {bad[0]}", moved=False)
-    if ended.status is not Status.DONE:
-        return RequestRejected("the arm does not send its program", moved=False)
-    return DeviceProgram(tuple(row.words for row in ended.rows))
-
 
 LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
 ANSWER = len("1\r")
@@ -171,14 +130,40 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         return Done(self._plausible(command, motion_s, self.io.now_s - began_s - wire_s))
 
     def _dump(self) -> Script[HostEvent, Reply]:
-        """Read the program in the arm's memory, waiting until no more rows come."""
-        began_s = self.io.now_s
+        """Read the program in the arm's memory. One unreadable row makes all of it invalid.
+
+        Nothing marks the end of a dump, so it ends when no byte has come for longer than a row
+        takes.
+        """
+        io, host, byte_s, began_s = self.io, self._host, self._byte_s, self.io.now_s
         margin_s = self._settings.answer_margin_s
-        reply = yield from read_dump(self.io, self._host, self._byte_s, margin_s)
-        if reply is None:
+        data = host.send(QDump())
+        io.write(data, data.decode("ascii").strip())
+        first_s = began_s + (len(data) + ANSWER) * byte_s + margin_s
+        last_s = first_s + MAX_ROWS * LONGEST_ROW * byte_s * OVERLONG_FACTOR
+        pause_s = LONGEST_ROW * byte_s + margin_s
+        events: list[HostEvent] = []
+        while not any(isinstance(each, Completed) for each in events):
+            until_s = min(io.heard_s + pause_s, last_s) if host.dumping else first_s
+            if io.now_s >= until_s:
+                break
+            event = yield until_s
+            if event is not None:
+                events.append(event)
+        if host.dumping:
+            host.end_dump()
+            # an unfinished row comes first, as a garbled one
+            events += iter(host.next_event, None)
+        bad = [each.reason for each in events if isinstance(each, Unreadable)]
+        ended = next((each for each in events if isinstance(each, Completed)), None)
+        if ended is None:
             self.give_up()
-            return self.io.silence(began_s)
-        return reply
+            return io.silence(began_s)
+        if bad:
+            return RequestRejected(f"the arm's program cannot be read: {bad[0]}", moved=False)
+        if ended.status is not Status.DONE:
+            return RequestRejected("the arm does not send its program", moved=False)
+        return DeviceProgram(tuple(row.words for row in ended.rows))
 
     def _make_contact(self) -> Script[HostEvent, None]:
         """Send the first line, and wait for its answer: a `0`, or nothing at all."""

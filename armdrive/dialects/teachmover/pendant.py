@@ -83,7 +83,7 @@ class PendantProgram:
 
     def require_origin(self, origin: tuple[int, ...] | None) -> None:
         """Raise `Refused` if the rows certainly lead to other places with this origin."""
-        if self.origin is None or origin is None or not _shift(self.origin, origin):
+        if self.origin is None or origin is None or not any(self.shift_to(origin)):
             return
         raise Refused(
             "the arm's registers count from elsewhere than when this program was read, so its rows "
@@ -93,7 +93,8 @@ class PendantProgram:
 
     def shift_to(self, origin: tuple[int, ...]) -> tuple[int, ...]:
         """Return what to add to registers to reach the same places with another origin."""
-        return _shift(self.origin or origin, origin) or (0,) * len(origin)
+        old = self.origin or origin
+        return tuple(wrapped16(was - now) for was, now in zip(old, origin, strict=True))
 
     def moved_to(self, origin: tuple[int, ...] | None) -> PendantProgram:
         """Return the rows that lead to the same places with another origin.
@@ -116,12 +117,6 @@ class PendantProgram:
     def without_origin(self) -> PendantProgram:
         """Return the same rows as mere numbers, without their origin."""
         return replace(self, origin=None)
-
-
-def _shift(old: Sequence[int], new: Sequence[int]) -> tuple[int, ...]:
-    """Return what to add to the registers; empty if nothing."""
-    by = tuple(wrapped16(a - b) for a, b in zip(old, new, strict=True))
-    return by if any(by) else ()
 
 
 def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:

@@ -418,9 +418,8 @@ class MainLoop:
         """Take a line out of the ring; return False if none is complete."""
         while data := board.ring.take_line():
             board.codec.receive_data(data)
-            request = board.codec.next_event()
-            if isinstance(request, LineReceived):
-                self._line.begin(board.routines.line(board, request), board.now_s)
+            if (line := board.codec.next_event()) is not None:
+                self._line.begin(board.routines.line(board, line), board.now_s)
                 return True
         return False
 

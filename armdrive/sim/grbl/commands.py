@@ -10,26 +10,17 @@ from typing import Any
 
 from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH
-from armdrive.sim.grbl.parser import STORED
 from firmware_protocol.grbl import (
-    Bracketed,
-    CheckMode,
     Feedback,
-    Help,
     Home,
-    Parameter,
-    QueryBuildInfo,
-    QueryParameters,
-    QueryParserState,
-    QuerySettings,
     Realtime,
+    Remark,
     SetSetting,
     Setting,
-    Sleep,
     State,
     SystemCommand,
-    Unlock,
     keys,
+    written,
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
@@ -181,7 +172,7 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     except ValueError:
         given = math.nan
     if not math.isfinite(given):
-        board.say(Bracketed("MSG:ERR: Bad numeric value"))
+        board.say(Feedback("ERR: Bad numeric value"))
         return 0
     code = board.settings.store(number, given)
     board.drive.rack.limits = board.settings.limits()
@@ -192,11 +183,9 @@ NOT_IDLE, NO_HOMING = 8, 5
 _HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
-def run_system(board: GrblBoard, command: SystemCommand) -> Steps:
+def run_system(board: GrblBoard, command: SystemCommand | Home | SetSetting) -> Steps:
     """Execute a command, or refuse it in this state; return 0 or an error number."""
-    if type(command) not in _COMMANDS:
-        return UNKNOWN
-    states, act = _COMMANDS[type(command)]
+    states, act = _COMMANDS[command if isinstance(command, SystemCommand) else type(command)]
     if states and board.state not in states:
         return NOT_IDLE
     outcome = act(board, command)
@@ -217,12 +206,12 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
     return code
 
 
-def _help(board: GrblBoard, _: Help) -> int:
-    board.say(Bracketed(f"HLP:{_HELP}"))
+def _help(board: GrblBoard, _: SystemCommand) -> int:
+    board.say(Remark(f"[HLP:{_HELP}]"))
     return 0
 
 
-def _settings(board: GrblBoard, _: QuerySettings) -> int:
+def _settings(board: GrblBoard, _: SystemCommand) -> int:
     texts = dict(board.settings.written())
     paths = board.firmware.paths
     for number in paths.listed(texts) if paths else texts:
@@ -230,28 +219,26 @@ def _settings(board: GrblBoard, _: QuerySettings) -> int:
     return 0
 
 
-def _parser_state(board: GrblBoard, _: QueryParserState) -> int:
+def _parser_state(board: GrblBoard, _: SystemCommand) -> int:
     board.say(board.parser.modal.report)
     return 0
 
 
-def _parameters(board: GrblBoard, _: QueryParameters) -> int:
+def _parameters(board: GrblBoard, _: SystemCommand) -> int:
     parser = board.parser
-    for name in STORED:
-        board.say(Parameter(name, parser.stored[name]))
-    board.say(Parameter("G92", parser.g92))
-    board.say(Parameter("TLO", (0.0,)))
-    board.say(Parameter("PRB", parser.zero, success=False))
+    for name, place in (*parser.stored.items(), ("G92", parser.g92), ("TLO", (0.0,))):
+        board.say(Remark(f"[{name}:{written(place)}]"))
+    board.say(Remark(f"[PRB:{written(parser.zero)}:0]"))  # 0: no probing has touched anything
     return 0
 
 
-def _build(board: GrblBoard, _: QueryBuildInfo) -> int:
+def _build(board: GrblBoard, _: SystemCommand) -> int:
     for text in board.firmware.info:
-        board.say(Bracketed(text.format(axes=board.axes, many=len(board.axes))))
+        board.say(Remark(f"[{text.format(axes=board.axes, many=len(board.axes))}]"))
     return 0
 
 
-def _unlock(board: GrblBoard, _: Unlock) -> int:
+def _unlock(board: GrblBoard, _: SystemCommand) -> int:
     if board.state is State.ALARM:
         board.tell("Caution: Unlocked")
         board.state = State.IDLE
@@ -259,7 +246,7 @@ def _unlock(board: GrblBoard, _: Unlock) -> int:
     return 0
 
 
-def _check(board: GrblBoard, _: CheckMode) -> Steps:
+def _check(board: GrblBoard, _: SystemCommand) -> Steps:
     if board.state is State.CHECK:
         board.tell("Disabled")
         board.routines.order(board, Realtime.SOFT_RESET)
@@ -271,7 +258,7 @@ def _check(board: GrblBoard, _: CheckMode) -> Steps:
     return 0
 
 
-def _sleep(board: GrblBoard, _: Sleep) -> int:
+def _sleep(board: GrblBoard, _: SystemCommand) -> int:
     """Fall asleep once the line is answered: observed on both 8-bit boards and on grblHAL."""
     if not board.settings.values.get(keys.SLEEP_ENABLE, 1.0):
         return UNKNOWN
@@ -335,21 +322,20 @@ def _set(board: GrblBoard, command: SetSetting) -> Steps:
 
 _STILL = (State.IDLE, State.ALARM)
 _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOLD))
-_COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]] = (
-    MappingProxyType(
-        {
-            Help: ((), _help),
-            QuerySettings: (_NO_CYCLE, _settings),
-            QueryParserState: ((), _parser_state),
-            CheckMode: ((), _check),
-            Unlock: ((), _unlock),
-            QueryParameters: (_STILL, _parameters),
-            QueryBuildInfo: (_STILL, _build),
-            Sleep: (_STILL, _sleep),
-            Home: (_STILL, _home),
-            SetSetting: (_STILL, _set),
-        }
-    )
+_Action = tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]
+_COMMANDS: Mapping[SystemCommand | type, _Action] = MappingProxyType(
+    {
+        SystemCommand.HELP: ((), _help),
+        SystemCommand.QUERY_SETTINGS: (_NO_CYCLE, _settings),
+        SystemCommand.QUERY_MODES: ((), _parser_state),
+        SystemCommand.CHECK_MODE: ((), _check),
+        SystemCommand.UNLOCK: ((), _unlock),
+        SystemCommand.QUERY_PARAMETERS: (_STILL, _parameters),
+        SystemCommand.QUERY_BUILD: (_STILL, _build),
+        SystemCommand.SLEEP: (_STILL, _sleep),
+        Home: (_STILL, _home),
+        SetSetting: (_STILL, _set),
+    }
 )
 """The states in which a command is accepted (all if none is listed), and its action.
 

@@ -1,7 +1,6 @@
 """What a line of g-code requests of a simulated GRBL board: modes, offsets, and the target.
 
-Positions are in the machine's own unit. Arcs, probing, tool lengths and inverse-time feed are not
-implemented; they are refused with error 20.
+Positions are in the machine's own unit.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ Place = tuple[float, ...]
 SYSTEMS = ("G54", "G55", "G56", "G57", "G58", "G59")
 STORED = (*SYSTEMS, "G28", "G30")
 """What the EEPROM stores."""
-_NOT_BUILT = ("G2", "G3", "G38", "G43", "G49", "G93")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,12 +83,8 @@ class GcodeParser:
     def work(self, block: Block) -> Work:
         """Return what a line requests. Raises `GcodeError`."""
         names = set(block.commands.values())
-        if "G53" in names and names & {"G2", "G3"}:
-            raise GcodeError(30)
         if names & self._unknown:
             raise GcodeError(20)
-        if any(name.split(".")[0] in _NOT_BUILT for name in names):
-            raise GcodeError(20, "not built in this simulation")
         modes = self.modal.during(block)
         flow = block.commands.get(Group.FLOW)
         ends = flow in ("M2", "M30")

@@ -1,11 +1,11 @@
-"""Robko 01: frames, machines, and the two back to back."""
+"""Robko 01: frames, and the host's machine."""
 
 import contextlib
 
 import pytest
 from amounts import every_row
 from cases_robko01 import ANSWERS, EXCHANGES, REQUESTS
-from chunks import carried, events
+from chunks import carried, chunked, events
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -17,7 +17,6 @@ from firmware_protocol.robko01 import (
     Acknowledged,
     Answered,
     Axes,
-    Device,
     Host,
     MoveRelative,
     Op,
@@ -25,7 +24,6 @@ from firmware_protocol.robko01 import (
     Pong,
     Position,
     Positions,
-    SavePosition,
     Status,
     Stop,
     Stray,
@@ -232,6 +230,16 @@ SWALLOWING = bytes.fromhex("AA 02 1C")
 """The header of the longest answer, which never comes."""
 
 
+def split(*chunks: bytes, silence=False, counts_check=False) -> list[SuperFrame | Unreadable]:
+    """Return the frames in bytes, and the runs of bytes between them."""
+    splitter = FrameSplitter(counts_check=counts_check)
+    for chunk in chunks:
+        splitter.feed(chunk)
+    if silence:
+        splitter.silence()
+    return list(iter(splitter.next_frame, None))
+
+
 def asked(request) -> Host:
     host = Host()
     host.send(request)
@@ -303,7 +311,6 @@ def test_a_discarded_beginning_spoils_nothing():
     host = asked(Stop())
     host.receive_data(STOPPED + STOPPED[:4])
     host.discard()
-    assert host.buffered == 0
     assert host.outstanding == Stop()
     assert events(host, STOPPED) == [Answered(Stop(), Acknowledged(Op.STOP))]
 
@@ -338,62 +345,22 @@ def test_an_answer_behind_a_spoilt_length_is_heard_when_enough_has_followed():
     assert [type(event) for event in events(host, b"\0")] == [Unreadable, Answered]
 
 
-def test_requests_come_one_at_a_time_and_the_next_waits_for_the_answer():
-    device = Device()
-    assert events(device, encode_request(Position()) + encode_request(Stop())) == [Position()]
-    assert device.unanswered == Position()
-    with pytest.raises(LocalProtocolError, match="POSITION is unanswered, so an answer to STOP"):
-        device.send(Acknowledged(Op.STOP))
-    assert device.send(HERE) == encode_answer(HERE)
-    assert events(device) == [Stop()]
-    assert device.send(Acknowledged(Op.STOP, Status.ERROR))
-    with pytest.raises(LocalProtocolError, match="nothing is owed"):
-        device.send(Acknowledged(Op.STOP))
-
-
-def test_a_device_can_keep_its_answer_back():
-    device = Device()
-    assert events(device, encode_request(SavePosition())) == [SavePosition()]
-    assert device.forget() == SavePosition()
-    assert device.forget() is None
-    assert events(device, encode_request(Stop())) == [Stop()]
-
-
-def test_what_is_no_request_gets_no_answer():
-    device = Device()
-    data = encode_request(MoveRelative(Axes((1,) * 6)))
-    spoilt = data[:10] + b"\x55" + data[11:]
-    found = events(device, spoilt + STOPPED + encode_request(Stop()))
-    assert [type(event) for event in found] == [Unreadable, Unreadable, Stop]
-    assert found[0].data == spoilt
-    assert found[1] == Unreadable(STOPPED, "an answer, where requests belong")
-
-
-def test_after_a_loss_of_power_a_device_has_heard_nothing():
-    device = Device()
-    device.receive_data(encode_request(Stop()) * 2)
-    device.discard()
-    assert device.buffered == 0
-    assert device.next_event() is None
-
-
 @every_row("cut", range(1, 30))
-def test_padding_frees_a_device_from_a_frame_that_was_cut_off(cut):
-    device = Device()
-    device.receive_data(encode_request(MoveRelative(Axes((1,) * 6)))[:cut])
-    found = events(device, FLUSH + encode_request(Stop()))
-    assert found[-1] == Stop()
-    assert all(isinstance(event, Unreadable) for event in found[:-1])
+def test_padding_ends_a_frame_that_was_cut_off(cut):
+    cut_off = encode_request(MoveRelative(Axes((1,) * 6)))[:cut]
+    *garbled, last = split(cut_off + FLUSH + encode_request(Stop()))
+    assert last.raw == encode_request(Stop())
+    assert all(isinstance(entry, Unreadable) for entry in garbled)
 
 
-def test_both_ends_can_count_the_check_bytes_into_the_length():
-    host, device = Host(counts_check=True), Device(counts_check=True)
+def test_a_host_can_count_the_check_bytes_into_the_length():
+    host = Host(counts_check=True)
     longest = Ping(bytes(range(26)))
-    assert events(device, host.send(longest)) == [longest]
-    assert events(host, device.send(Pong(longest.payload))) == [
-        Answered(longest, Pong(longest.payload))
-    ]
-    assert [type(event) for event in events(Device(), host.send(Ping(b"much the same")))] == []
+    (frame,) = split(host.send(longest), counts_check=True)
+    assert decode_request(frame) == longest
+    assert split(frame.raw) == []
+    pong = Pong(longest.payload)
+    assert events(host, encode_answer(pong, counts_check=True)) == [Answered(longest, pong)]
 
 
 @given(
@@ -410,8 +377,8 @@ def test_a_motion_that_lost_zeros_is_never_made_whole_by_what_is_sent_behind_it(
     assume(len(zeros) >= 2 * count)
     gone = set(draw.sample(zeros, 2 * count))
     left = bytes(byte for index, byte in enumerate(whole) if index not in gone)
-    found = events(Device(), left + FLUSH)
-    assert not any(isinstance(event, MoveRelative) for event in found)
+    found = split(left + FLUSH)
+    assert not any(isinstance(each, SuperFrame) and each.op == Op.MOVE_RELATIVE for each in found)
 
 
 def test_what_ends_a_frame_begins_none():
@@ -419,7 +386,7 @@ def test_what_ends_a_frame_begins_none():
     assert len(FLUSH) == FRAME_MAX
 
 
-# -- Back to back ----------------------------------------------------------------------------------
+# -- Any bytes, in any chunks ----------------------------------------------------------------------
 
 FRAMES = st.one_of(REQUESTS.map(encode_request), ANSWERS.map(encode_answer))
 PIECES = st.lists(
@@ -433,38 +400,23 @@ PIECES = st.lists(
 )
 
 
-def split(chunks: list[bytes]) -> tuple[list[SuperFrame | robko01.Unreadable], FrameSplitter]:
-    splitter = FrameSplitter()
-    found = []
-    for chunk in chunks:
-        splitter.feed(chunk)
-        while (entry := splitter.next_frame()) is not None:
-            found.append(entry)
-    return found, splitter
-
-
 @given(st.lists(EXCHANGES, max_size=5), st.booleans(), st.data())
-def test_every_script_arrives_whole_at_both_ends(script, counts_check, data):
-    host, device = (
-        robko01.Host(counts_check=counts_check),
-        robko01.Device(counts_check=counts_check),
-    )
+def test_every_script_arrives_whole(script, counts_check, data):
+    host = Host(counts_check=counts_check)
     for request, answer in script:
-        assert carried(data.draw, host.send(request), device) == [request]
-        assert carried(data.draw, device.send(answer), host) == [robko01.Answered(request, answer)]
-        assert (host.outstanding, device.unanswered) == (None, None)
-        assert (host.buffered, device.buffered) == (0, 0)
+        (frame,) = split(*data.draw(chunked(host.send(request))), counts_check=counts_check)
+        assert decode_request(frame) == request
+        answered = encode_answer(answer, counts_check=counts_check)
+        assert carried(data.draw, answered, host) == [Answered(request, answer)]
+        assert host.outstanding is None
 
 
 @given(PIECES)
 def test_every_byte_is_told_once_and_in_order(pieces):
     stream = b"".join(pieces)
-    found, splitter = split([stream])
-    splitter.silence()
-    found += iter(splitter.next_frame, None)
+    found = split(stream, silence=True)
     raw = [entry.raw if isinstance(entry, SuperFrame) else entry.data for entry in found]
     assert b"".join(raw) == stream
-    assert splitter.buffered == 0
     at = 0
     for entry, data in zip(found, raw, strict=True):
         assert not isinstance(entry, SuperFrame) or entry.start == at
@@ -474,54 +426,34 @@ def test_every_byte_is_told_once_and_in_order(pieces):
 @given(st.binary(max_size=200), EXCHANGES, st.data())
 def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchange, data):
     request, answer = exchange
-    device, host = robko01.Device(), robko01.Host()
-    for event in carried(data.draw, noise, device):
-        assert isinstance(event, robko01.Unreadable)
-    sent = host.send(request)
-    host.receive_data(noise)
-    device.receive_data(sent)
-    device.silence()
-    assert events(device)[-1] == request
-    host.receive_data(device.send(answer))
+    chunks = data.draw(chunked(noise + encode_request(request)))
+    assert decode_request(split(*chunks, silence=True)[-1]) == request
+    host = asked(request)
+    before = carried(data.draw, noise, host)
+    host.receive_data(encode_answer(answer))
     host.silence()
-    *before, last = events(host)
-    assert last == robko01.Answered(request, answer)
-    assert all(isinstance(event, robko01.Unreadable) for event in before)
+    *after, last = events(host)
+    assert last == Answered(request, answer)
+    assert all(isinstance(event, Unreadable) for event in (*before, *after))
 
 
 @given(st.binary(max_size=80), REQUESTS.map(encode_request))
 def test_after_noise_a_good_frame_is_heard_once_a_longest_frame_has_followed(noise, frame):
-    found, _ = split([noise + frame + bytes(robko01.FRAME_MAX)])
+    found = split(noise + frame + bytes(robko01.FRAME_MAX))
     assert [entry.raw for entry in found if isinstance(entry, SuperFrame)] == [frame]
 
 
 @given(EXCHANGES, st.data())
 def test_a_frame_inside_a_payload_is_only_a_payload(exchange, data):
     inner = encode_answer(exchange[1])[:26]
-    host, device = robko01.Host(), robko01.Device()
-    assert carried(data.draw, host.send(robko01.Ping(inner)), device) == [robko01.Ping(inner)]
-    found = carried(data.draw, device.send(robko01.Pong(inner)), host)
-    assert found == [robko01.Answered(robko01.Ping(inner), robko01.Pong(inner))]
-
-
-def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
-    host = robko01.Host()
-    answer = encode_answer(robko01.Pong(bytes(26)))
-    for number in range(1000):
-        host.receive_data(answer + bytes([number % 256]) * 40)
-        assert host.buffered <= 256 * 64 + 64 + robko01.FRAME_MAX
-    first, *others = events(host)
-    assert first == robko01.Overrun(1743)
-    assert len(others) == 256
-    assert isinstance(others[-1], robko01.Stray)
+    host = Host()
+    (frame,) = split(*data.draw(chunked(host.send(Ping(inner)))))
+    assert decode_request(frame) == Ping(inner)
+    found = carried(data.draw, encode_answer(Pong(inner)), host)
+    assert found == [Answered(Ping(inner), Pong(inner))]
 
 
 def test_an_endless_noise_is_told_in_runs():
-    device = robko01.Device()
-    for _ in range(64):
-        device.receive_data(b"\xaa\x01")
-    runs = events(device)
-    assert [len(run.data) for run in runs] == [64]
-    assert device.buffered == 64
-    device.receive_data(encode_request(robko01.Stop()))
-    assert events(device)[-1] == robko01.Stop()
+    *runs, last = split(*[b"\xaa\x01"] * 64, encode_request(Stop()))
+    assert [len(run.data) for run in runs] == [64, 64]
+    assert last.raw == encode_request(Stop())

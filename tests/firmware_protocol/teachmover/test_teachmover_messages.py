@@ -1,5 +1,6 @@
 """TeachMover messages and their lines."""
 
+import contextlib
 from typing import get_args
 
 import pytest
@@ -335,6 +336,13 @@ def test_what_public_programs_send_is_understood(body, command):
 def test_what_is_no_command_is_the_other_sides_fault(body):
     with pytest.raises(RemoteProtocolError):
         decode_command(body)
+
+
+@given(st.binary(max_size=40) | st.binary(max_size=20).map(lambda rest: b"STEP " + rest))
+def test_any_bytes_are_a_command_and_a_reply_or_the_other_sides_fault(body):
+    for decode in (decode_command, decode_reply):
+        with contextlib.suppress(RemoteProtocolError):
+            decode(body)
 
 
 @every_row("line, reply", TOLERATED_REPLIES)

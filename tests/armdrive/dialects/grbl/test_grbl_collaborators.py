@@ -10,9 +10,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from armdrive.config.sections import HomingSettings
-from armdrive.dialects.controller import ScriptRunner, StopPart
-from armdrive.dialects.grbl.board import BoardState
-from armdrive.dialects.grbl.exchange import FLUSH_LINE, GrblExchange
+from armdrive.dialects.controller import StopPart
+from armdrive.dialects.grbl.controller import GrblController
+from armdrive.dialects.grbl.exchange import FLUSH_LINE
 from armdrive.dialects.grbl.planner import (
     InFlightLines,
     Limits,
@@ -22,9 +22,9 @@ from armdrive.dialects.grbl.planner import (
     planned_s,
 )
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
-from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.dialects.grbl.variants import BEHAVIOURS
 from armdrive.errors import ArmFileError, Refused
+from armdrive.registry import dialect
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, Registers, RequestRejected
 from firmware_protocol.grbl import (
@@ -32,7 +32,6 @@ from firmware_protocol.grbl import (
     Block,
     Dialect,
     GcodeError,
-    Host,
     Line,
     Modal,
     State,
@@ -47,31 +46,15 @@ HERE = Motors((1, 2, 3, 4, 5, 6))
 LIMITS = Limits((1.0,) * 6, (400.0,) * 6, (4000.0,) * 6, 1.0)
 
 
-class Parts(ScriptRunner):
-    """The collaborators, and a controller that runs their scripts: a request is a script."""
+class Parts(GrblController):
+    """A controller that runs its collaborators' scripts: a request is a script."""
 
-    def __init__(self, gripper="stepper", **device):
-        made = config(device=device)
-        self.settings, axes = made.device, BoardAxes.of(made)
-        host = Host(
-            Dialect(axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True)
-        )
-        super().__init__(None, host)
-        self.board = BoardState(host, self.settings, axes)
-        self.exchange = GrblExchange(self.io, host, self.board, self.settings, 1e-4)
-        self.outputs = GrblOutputs(self.exchange, self.settings, gripper)
-        self.stops = GrblStops(
-            self.io, self.exchange, self.board, self.outputs, self.settings, lambda: 1.0
-        )
+    def __init__(self, gripper=None, **device):
+        super().__init__(dialect("grbl").abilities, config(gripper=gripper, device=device))
         self.sent = []
 
     def script(self, request):
         return request
-
-    def unsolicited(self, heard):
-        self.exchange.take(heard)
-
-    usable_rate_hz = duration_s = stopping = None  # not called: no test requests a motion
 
     def hear_line(self, *lines, at_s=0.0):
         """Receive lines that no script waits for; return the events for the engine."""

@@ -4,7 +4,7 @@ import math
 
 import pytest
 from amounts import amount, every_row, in_pairs
-from driver_bench import DriverBench
+from driver_bench import SerialBench
 from faults import Rule, garbled, late_by, lost, twice
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -29,7 +29,6 @@ from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.robko01 import AVR, RobkoQuirks, SimRobkoBoard
-from armdrive.sim.simulated_arm import link_to
 from armdrive.status import State, Trust
 from armdrive.tasks import (
     Alert,
@@ -51,13 +50,12 @@ from kinematics.errors import KinematicsError
 MOVES = (Op.MOVE_RELATIVE, Op.MOVE_ABSOLUTE, Op.MOVE_SPEED)
 
 
-class Script(DriverBench):
-    """A controller on the wire of a simulated device, one request at a time."""
+class Script(SerialBench):
+    """A controller on the wire of a simulated board, one request at a time."""
 
     def __init__(self, **options):
-        super().__init__(RobkoController(dialect("robko01").abilities, robko_config()))
-        self.device = SimDevice(SimRobkoBoard(**options))
-        self.link = link_to(self.device)
+        controller = RobkoController(dialect("robko01").abilities, robko_config())
+        super().__init__(controller, SimDevice(SimRobkoBoard(**options)))
 
     @property
     def events(self):
@@ -73,22 +71,9 @@ class Script(DriverBench):
         self.at_s[self.now_s + stop_after_s] = lambda: self.controller.stop(hard=False)
         return self.do(request)
 
-    def _step(self, end_s):
-        self._pass_to(self._due_s(end_s, self.link.next_s()))
-        self.controller.receive(self.link.read(self.now_s), self.now_s)
-        self._send()
-
-    def _send(self):
-        if data := self.controller.advance(self.now_s):
-            self.link.write(data, self.now_s)
-
 
 def enabled(**options):
-    from armdrive.tasks import SwitchOn
-
-    script = Script(**options)
-    assert script.ask(SwitchOn()) == Done()
-    return script
+    return Script(**options).ready()
 
 
 MOVE = MoveBy(Motors((30, -16, 0, 4, 0, 0)), 125.0)
@@ -217,7 +202,7 @@ class TestRequests:
 
     def test_a_motion_that_lasts_much_longer_than_planned_is_stopped(self):
         script = enabled(quirks=RobkoQuirks(AVR, 700.0, speed_error=8.0))
-        reply = script.do(MoveBy(Motors((1000, 0, 0, 0, 0, 0)), 125.0), longest_s=100.0)
+        reply = script.ask(MoveBy(Motors((200, 0, 0, 0, 0, 0)), 125.0))
         assert "the motion had not ended after" in str(reply)
         assert not script.device.board.drive.rack.mask(script.now_s)
 

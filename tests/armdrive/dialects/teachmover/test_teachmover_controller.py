@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from driver_bench import DriverBench
+from driver_bench import SerialBench
 
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
-from armdrive.sim.simulated_arm import link_to
 from armdrive.sim.teachmover import TeachMoverBoard, TeachMoverQuirks
 from armdrive.tasks import Done, Interrupted, MoveBy, RequestRejected
 from firmware_protocol.teachmover import Key
@@ -18,23 +17,14 @@ MOVE = MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0)
 SLOWER = 0.6
 
 
-class TeachMoverBench(DriverBench):
+class TeachMoverBench(SerialBench):
     """A controller on the wire of an arm that is slower than its table says."""
 
     def __init__(self) -> None:
         table = {"model": "teachmover", "connection": {"dialect": "teachmover"}}
-        super().__init__(DIALECTS["teachmover"].controller(parse_arm(table, name="bench")))
+        controller = DIALECTS["teachmover"].controller(parse_arm(table, name="bench"))
         self.board = TeachMoverBoard(quirks=TeachMoverQuirks(speed_error=SLOWER))
-        self.link = link_to(SimDevice(self.board))
-
-    def _step(self, end_s: float) -> None:
-        self._pass_to(self._due_s(end_s, self.link.next_s()))
-        self.controller.receive(self.link.read(self.now_s), self.now_s)
-        self._send()
-
-    def _send(self) -> None:
-        if data := self.controller.advance(self.now_s):
-            self.link.write(data, self.now_s)
+        super().__init__(controller, SimDevice(self.board))
 
     @property
     def assumed_s(self) -> float:

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from sim_bench import BYTE_S, TeachMoverBench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
@@ -90,6 +91,28 @@ class TestSteps:
         assert bench.board.lost_bytes == 6
 
 
+@every_row(
+    "line, answer",
+    [
+        (b"@JUMP 1", b"0\r"),
+        (b"@STEP 240,1", b"0\r"),
+        (b"@STEP " + b"1," * 25_000, b"0\r"),
+        (b"@DELAY 0" + b" " * 300, b"0\r"),  # the beginning of an overlong line is no command
+        (b"\0\0\n @DELAY 0", b"1\r"),
+        (b"READ", b""),
+        (b"x@READ", b""),
+        (b"#READ", b""),
+        (b"noise" * 1000, b""),
+        (b"\n\0 ", b""),
+    ],
+)
+def test_nonsense_is_answered_0_and_what_is_not_for_it_not_at_all(line, answer):
+    bench = TeachMoverBench()
+    bench.link.write(line + b"\r", 0.0)
+    assert bench.pass_time(100.0) == answer
+    assert bench.ask(Read()).status is Status.DONE
+
+
 class TestCommands:
     def test_read_tells_key_and_inputs(self, bench):
         bench.board.press(Key.GRIP)
@@ -164,15 +187,10 @@ class TestCommands:
     def test_an_empty_program_cannot_run(self, bench):
         assert bench.ask(Run()).status is Status.FAILED
 
-    def test_nonsense_is_answered_0_and_what_is_not_for_it_not_at_all(self, bench):
-        bench.link.write(b"@JUMP 1\r", 0.0)
-        assert bench.pass_time(1.0) == b"0\r"
-        bench.link.write(b"READ\r", bench.now_s)
-        assert bench.pass_time(1.0) == b""
-
     def test_another_attention_character_holds_from_then_on(self, bench):
         assert bench.ask(Arm("#")).status is Status.DONE
-        assert registers(bench) == (0,) * 6
+        bench.link.write(b"#READ\r", bench.now_s)
+        assert bench.pass_time(1.0) == b"1\r0,0,0,0,0,0,0\r"
         bench.link.write(b"@READ\r", bench.now_s)
         assert bench.pass_time(1.0) == b""
 

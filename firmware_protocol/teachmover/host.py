@@ -1,4 +1,4 @@
-"""Both ends of the TeachMover dialect: the host's and the arm's. No clock, no I/O.
+"""The host's end of the TeachMover dialect: commands out, answers in. No clock, no I/O.
 
 The host sends one command at a time, and waits in one of four states:
 
@@ -8,47 +8,56 @@ The host sends one command at a time, and waits in one of four states:
     STATUS     --1 to QDUMP-->     ROWS        --end_dump-->       NOTHING
 
 Unexpected lines do not change the state: they become `Stray` (readable, but no command is open) or
-`Unreadable` (unreadable, or not the expected answer).
-
-The device handles one command at a time. The outstanding answer is one of four states:
-
-    NOTHING    --command-->            STATUS
-    STATUS     --status-->             NOTHING
-    STATUS     --DONE to READ-->       REGISTERS   --registers-->     NOTHING
-    STATUS     --DONE to QDUMP-->      ROWS        --next command-->  STATUS
-
-In ROWS any number of program rows may be sent, and the next command may be fetched. No input from
-the other end raises.
+`Unreadable` (unreadable, or not the expected answer). No input from the arm raises.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from enum import Enum, auto
+from types import MappingProxyType
 from typing import TypeAlias
 
-from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
+from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.fields import message
-from firmware_protocol.lines import LineHost, LineSplitter
+from firmware_protocol.lines import LineHost
 from firmware_protocol.teachmover.messages import (
-    AFTER_DONE,
     ATTENTION,
     CR,
-    FORMS,
     NOISE,
-    Arm,
     Command,
-    Due,
     ProgramRow,
+    QDump,
+    Read,
     Registers,
     Reply,
     Status,
-    decode_command,
     decode_reply,
     encode_command,
-    encode_reply,
 )
 
-# The host's end.
+
+class Due(Enum):
+    """What the host waits for."""
+
+    NOTHING = auto()
+    STATUS = auto()
+    REGISTERS = auto()
+    ROWS = auto()
+
+
+AFTER_DONE: Mapping[type[Command], Due] = MappingProxyType({Read: Due.REGISTERS, QDump: Due.ROWS})
+"""What follows the status line DONE, for the commands where something does."""
+
+FORMS: Mapping[Due, tuple[type[Reply], str]] = MappingProxyType(
+    {
+        Due.STATUS: (Status, "a status line"),
+        Due.REGISTERS: (Registers, "a register line"),
+        Due.ROWS: (ProgramRow, "a program row"),
+    }
+)
+"""The form of what is due, and what it is called."""
 
 MAX_ROWS = 64
 """The most rows in a dump: they fill the arm's 1 KB of memory."""
@@ -74,21 +83,16 @@ class Host(LineHost[Event]):
     """The host's protocol machine. Raises `LocalProtocolError` if misused.
 
     There is no clock: the caller decides when to give up on an answer, and when a dump has ended.
-    No end mark is known, so the caller waits for a quiet line.
+    No end mark is known, so the caller waits for a quiet line. Commands start with `ATTENTION`: no
+    driver sends `Arm`, which would change that.
     """
 
     def __init__(self) -> None:
-        self._attention = ATTENTION
         super().__init__(CR, padding=NOISE)
         self._awaits = Due.NOTHING
         self._command: Command | None = None
         self._rows: list[ProgramRow] = []
         self._dump_over = False
-
-    @property
-    def attention(self) -> str:
-        """The character that commands currently start with."""
-        return self._attention
 
     @property
     def outstanding(self) -> Command | None:
@@ -114,7 +118,7 @@ class Host(LineHost[Event]):
             )
         self._keep_early()
         self._mark_early()
-        data = encode_command(command, self._attention)
+        data = encode_command(command, ATTENTION)
         self._command, self._awaits = command, Due.STATUS
         return data
 
@@ -139,8 +143,7 @@ class Host(LineHost[Event]):
         Its answer may still come, and nothing in it names the command. Before the next `send` a
         late answer is a `Stray`; after it, a late status line is taken for the answer to the new
         command. So wait until the line has been quiet for longer than any motion lasts, call
-        `discard`, and send `Read` next: its register line reveals a mix-up. An abandoned `Arm` may
-        or may not have taken effect.
+        `discard`, and send `Read` next: its register line reveals a mix-up.
         """
         command = self._command
         self._finish()
@@ -171,8 +174,6 @@ class Host(LineHost[Event]):
         if status is Status.DONE and following is not None:
             self._awaits = following
             return None
-        if status is Status.DONE and isinstance(command, Arm):
-            self._attention = command.attention
         return self._complete(Completed(command, status))
 
     def _end_of_dump(self) -> Event | None:
@@ -191,115 +192,3 @@ class Host(LineHost[Event]):
         self._awaits, self._command = Due.NOTHING, None
         self._rows.clear()
         self._dump_over = False
-
-
-# The arm's end.
-
-
-@message()
-class Ignored:
-    """A line without the attention character; it gets no answer."""
-
-    data: bytes
-
-
-Request: TypeAlias = Command | Unreadable | Ignored
-"""`Unreadable` is a line to this device that is no command: answer it with `Status.FAILED`."""
-
-
-class Device:
-    """The protocol machine of a simulated arm. Raises `LocalProtocolError` if misused.
-
-    It is unverified that a real arm ignores lines without its attention character.
-    """
-
-    def __init__(self) -> None:
-        self._attention = ATTENTION
-        self._lines = LineSplitter(CR)
-        self._owes = Due.NOTHING
-        self._request: Command | Unreadable | None = None
-
-    @property
-    def attention(self) -> str:
-        """The character that commands currently start with."""
-        return self._attention
-
-    @property
-    def unanswered(self) -> Command | Unreadable | None:
-        """The command that still needs an answer."""
-        return self._request
-
-    @property
-    def buffered(self) -> int:
-        """Number of buffered bytes."""
-        return self._lines.buffered
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the host in any chunks."""
-        self._lines.feed(data)
-
-    def next_event(self) -> Request | None:
-        """Return the next event; None if there is none or an answer is outstanding.
-
-        Lines that arrive before the answer are queued, so that an `Arm` applies to the lines after
-        it. To simulate a device that ignores input during a motion, call `discard` at its end.
-        """
-        if self._owes in (Due.STATUS, Due.REGISTERS):
-            return None
-        while (line := self._lines.next_line()) is not None:
-            if isinstance(line, bytes) and not line.strip(NOISE):
-                continue
-            request = self._read(line)
-            if not isinstance(request, Ignored):
-                self._request, self._owes = request, Due.STATUS
-            return request
-        return None
-
-    def send(self, reply: Reply) -> bytes:
-        """Return the bytes of an answer, or of its next part.
-
-        READ is answered with a status and, after DONE, `Registers`; QDUMP with a status and,
-        after DONE, any number of rows; everything else with a status only. Raises
-        `LocalProtocolError` for other answers. DONE to an `Arm` changes the attention character.
-        """
-        form, _ = FORMS.get(self._owes, (None, ""))
-        if form is None or not isinstance(reply, form):
-            owed = f"a {form.__name__} is owed" if form else "nothing is owed"
-            raise LocalProtocolError(f"{owed}, so a {type(reply).__name__} cannot be sent")
-        if isinstance(reply, Status):
-            self._answer(reply)
-        elif isinstance(reply, Registers):
-            self.forget()
-        return encode_reply(reply)
-
-    def forget(self) -> Command | Unreadable | None:
-        """Drop the unanswered command, as after a loss of power, and return it."""
-        request = self._request
-        self._owes, self._request = Due.NOTHING, None
-        return request
-
-    def discard(self) -> None:
-        """Discard the received bytes; the outstanding answer stays outstanding."""
-        self._lines.discard()
-
-    def _read(self, line: bytes | Unreadable) -> Request:
-        data = line.data if isinstance(line, Unreadable) else line
-        body = data.lstrip(NOISE)
-        if not body.startswith(self._attention.encode("ascii")):
-            return Ignored(data)
-        if isinstance(line, Unreadable):
-            return line
-        try:
-            return decode_command(body[1:])
-        except RemoteProtocolError as error:
-            return Unreadable(line, str(error))
-
-    def _answer(self, status: Status) -> None:
-        request = self.forget()
-        if status is not Status.DONE or request is None or isinstance(request, Unreadable):
-            return
-        if isinstance(request, Arm):
-            self._attention = request.attention
-        self._owes = AFTER_DONE.get(type(request), Due.NOTHING)
-        if self._owes is Due.REGISTERS:
-            self._request = request
