@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
@@ -202,18 +202,29 @@ BELIEVED_WORDS = tuple(each.value for each in BELIEVED)
 
 
 class Evidence(Enum):
-    """An observation that changes the trust in the position, in the words of the status."""
+    """An observation about the position, in the words of the status, and the trust that follows.
 
-    NO_RECORD = "no position of this arm has been saved"
-    HOMED = "referenced in the reference posture"
-    HOMED_BY_SWITCHES = "referenced by the controller's own homing"
-    DECLARED = "the posture was declared by the caller"
-    CONFIRMED = "the operator confirmed the recorded posture"
-    RECORD_MATCHES = "saved by the last session, and the registers match"
+    Most evidence speaks against the position, which is suspect then.
+    """
+
+    trust: Trust
+
+    def __new__(cls, words: str, trust: Trust = Trust.SUSPECT) -> Self:
+        """Make a member whose value is its words."""
+        evidence = object.__new__(cls)
+        evidence._value_, evidence.trust = words, trust
+        return evidence
+
+    NO_RECORD = "no position of this arm has been saved", Trust.UNKNOWN
+    RECORD_UNUSABLE = "the saved position cannot be used", Trust.UNKNOWN
+    RECORD_MATCHES = "saved by the last session, and the registers match", Trust.RESTORED
+    LINK_BACK = "the link was lost and restored, and the registers match", Trust.RESTORED
+    HOMED = "referenced in the reference posture", Trust.REFERENCED
+    HOMED_BY_SWITCHES = "referenced by the controller's own homing", Trust.REFERENCED
+    DECLARED = "the posture was declared by the caller", Trust.REFERENCED
+    CONFIRMED = "the operator confirmed the recorded posture", Trust.REFERENCED
     RECORD_DIFFERS = "the registers differ from the saved ones: the arm was moved or lost its power"
-    LINK_BACK = "the link was lost and restored, and the registers match"
     ENDED_IN_MOTION = "the last program ended in mid-motion"
-    RECORD_UNUSABLE = "the saved position cannot be used"
     ANSWER_LOST = "a motion was sent, but never answered"
     SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
