@@ -10,7 +10,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
-from armdrive.abilities import Torque
+from armdrive.abilities import BITS_A_BYTE, Torque
 from armdrive.errors.table import code_of_name
 from kinematics.spaces import Joints, Motors, Pose
 from kinematics.text import counted, deg_text, mm_text, shown_name
@@ -40,8 +40,6 @@ def bound_words(time_s: float, distance_mm: float) -> str:
 
 
 # The traffic on the wire, and the load that it makes.
-
-BITS_A_BYTE = 10  # on a serial wire: a start bit, eight data bits and a stop bit
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +81,6 @@ class SchedulingJitter:
     median_s: float = 0.0
     p99_s: float = 0.0
     worst_s: float = 0.0
-    classes: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         if not self.count:
@@ -116,7 +113,7 @@ class Lateness:
         if not total:
             return NEVER_WOKEN
         half_s, most_s = self._within_s(0.5, total), self._within_s(0.99, total)
-        return SchedulingJitter(total, half_s, most_s, self.worst_s, tuple(self.counts))
+        return SchedulingJitter(total, half_s, most_s, self.worst_s)
 
     def _within_s(self, share: float, total: int) -> float:
         """Return the delay within which this share of the deadlines was met."""

@@ -31,7 +31,7 @@ from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_mov
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
-from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, amounts_of, stride
+from armdrive.motion.jog.course import JogCourse, JogProposal, Wish, amounts_of, stride
 from armdrive.motion.jog.rates import Scale, axis_names
 from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
@@ -151,8 +151,7 @@ def wish_of(core: Core, hold: ContinuousJog) -> Wish:
 def course_of(core: Core, speeds: SpeedLimits) -> JogCourse:
     """Return the course of a new jog."""
     queued = bool(core.controller.abilities.queued_segments)
-    terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core))
-    return JogCourse(core.config, speeds, terms)
+    return JogCourse(core.config, speeds, queued=queued, run_on_s=runs_on_s(core))
 
 
 def runs_on_s(core: Core) -> float:
