@@ -55,7 +55,7 @@ CALLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "pause", "resume",
         ),
         "controller": ("read_program", "write_program", "fix_settings"),
-        "gripper": ("grasp",),
+        "gripper": ("open", "close", "grasp"),
         "io": ("read", "wait", "write"),
         "jogging": ("hold", "nudge", "release"),
         "reference": ("confirm", "confirm_restored", "declare", "verify"),

@@ -67,7 +67,7 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     entries = saved(arm, tmp_path).entries
     calls = of_kind(entries, EntryKind.CALL)
     assert "move_j shoulder 200 deg" in calls
-    assert "start gripper move: opening 30 mm, speed 1" in calls
+    assert "gripper.open 30" in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
 
