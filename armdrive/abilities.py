@@ -181,7 +181,6 @@ class Abilities:
     reports_while_moving: bool = False
     own_homing: bool = False
     resets_on_open: bool = False
-    check_bytes: bool = False
     grip_switch: bool = False
     ramp_s: float = 0.0
     jerk_s: float = 0.0
