@@ -13,7 +13,7 @@ from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import StateFileError
+from armdrive.errors import NoAnswer, StateFileError
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.sim.wire import MemoryLink
@@ -70,6 +70,18 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     assert "gripper.open 30" in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
+
+
+def test_each_failed_attempt_is_noted_even_if_no_call_came_in_between(arm, tmp_path):
+    """Of two errors, the second may get the place in memory of the first, which is gone."""
+    attempts = [f"attempt {number}" for number in range(3)]
+    for words in attempts:
+        arm.parts.tracer.ended(NoAnswer(words))
+    lost = LinkLost("the wire")
+    for _ in range(2):
+        arm.parts.tracer.ended(lost)
+    raised = of_kind(saved(arm, tmp_path).entries, EntryKind.RAISED)
+    assert raised == [*(f"NoAnswer: {words}" for words in attempts), "LinkLost: the wire"]
 
 
 def test_requests_and_their_answers_are_noted(arm, tmp_path):
