@@ -11,7 +11,7 @@ from datetime import datetime
 from functools import partial
 from typing import Any, overload
 
-from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
+from armdrive.arm.connected import BEFORE, PATIENCE, ArmPart, Handle, finished
 from armdrive.arm.jogging import JogSessions
 from armdrive.blocking import blocking
 from armdrive.connect.parts import Parts
@@ -125,9 +125,6 @@ def _together(moved: Sequence[Moved]) -> Moved:
     )
 
 
-# The deadline of a motion is PATIENCE times its planned duration, and PATIENCE_S for the rest.
-
-PATIENCE = 4.0
 GRASP_PATIENCE_S = 120.0  # added for a grasp, whose duration is not known in advance
 LONGEST_BENCH_S = 600.0  # raw steps know no limits: a slip of three digits would turn for hours
 
