@@ -168,8 +168,12 @@ class RecordingWriter:
         """Call `write(None)` in another thread; keep the reason if it fails."""
         self._threads = [each for each in self._threads if each.is_alive()]
         thread = threading.Thread(target=self._try, args=(write,), name="armdrive-recorder")
-        self._threads.append(thread)
-        thread.start()
+        try:
+            thread.start()
+        except RuntimeError as error:  # out of threads, or the interpreter is shutting down
+            self.trouble = str(error)
+        else:
+            self._threads.append(thread)
 
     def _try(self, write: Callable[[Path | None], Path]) -> None:
         try:

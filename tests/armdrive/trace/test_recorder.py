@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import Arm, Jog, LinePart, LinkLost, OutOfBounds, Pose, Space
+from armdrive import Arm, Jog, LinePart, LinkLost, OutOfBounds, Pose, Space, State
 from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
@@ -172,6 +172,23 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     with pytest.raises(StateFileError, match="cannot be written"):
         arm.recorder.save()
     arm.close()
+
+
+def test_a_system_without_free_threads_does_not_disturb_the_arm(tmp_path, monkeypatch):
+    """So it is while Python ends, too."""
+    arm = recorded_arm(folder=tmp_path / "failed")
+
+    def started(_thread):
+        raise RuntimeError("can't start new thread")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(threading.Thread, "start", started)
+        arm.estop()
+        arm.sleep(1.0)
+        assert arm.status.state is State.ERROR_STOP
+        assert "can't start new thread" in arm.parts.tracer.files.trouble
+        arm.close()
+    assert written(tmp_path / "failed") == []
 
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
