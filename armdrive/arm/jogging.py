@@ -1,6 +1,13 @@
 """The jogs of an arm: increments and timed jogs that a call waits for, and held jogs.
 
-Programs wait for the end of a jog; the desk does not.
+Programs wait for the end of a jog (`arm.jog_j`, `arm.jog_l`); the desk does not (`arm.jogging`).
+Either way the jog is handed to the one session of the arm: a task of the engine (motion/jog) that
+serves increments and the held jog until neither is left. A jog joins the session that is running,
+or begins one.
+
+A held jog is a lease: it ends by itself unless `hold` is called again in time. `Jogging` keeps the
+press of the key that the lease belongs to. After a stop the key may still be down, and its terminal
+still repeats it: such a `hold` belongs to the same press, and moves nothing.
 """
 
 from __future__ import annotations
