@@ -55,7 +55,7 @@ class Torque:
 # The table of dialects has a `Traffic` for each dialect, measured on moves of all motors. The
 # lengths below guarantee nothing: stop_bounds.py computes the guaranteed stopping times from them.
 
-BITS_A_CHARACTER = 10  # a start bit, eight data bits and a stop bit
+BITS_A_BYTE = 10  # on a serial wire: a start bit, eight data bits and a stop bit
 PATIENCE_S = 0.5  # longest burst on a slow wire, because a burst's length is the stopping time
 SEGMENTS_AHEAD = 3  # also how many a driver fetches whose drives hold only their last order
 RAMP_PIECE_S = 0.04  # length of the pieces that follow a queued motion's acceleration ramp
@@ -77,11 +77,11 @@ class Traffic:
     def exchange_s(self, baud: int) -> float:
         """Return the duration of a line, the device's delay and the reply, one after another."""
         chars = self.line_chars + self.answer_chars
-        return chars * BITS_A_CHARACTER / baud + self.device_s
+        return chars * BITS_A_BYTE / baud + self.device_s
 
     def line_s(self, baud: int) -> float:
         """Return the duration of a line alone; replies use the other direction of the wire."""
-        return self.line_chars * BITS_A_CHARACTER / baud
+        return self.line_chars * BITS_A_BYTE / baud
 
     def shortest_segment_s(self, baud: int) -> float:
         """Return the least duration of a queued segment for the next one to arrive in time."""
@@ -181,7 +181,6 @@ class Abilities:
     reports_while_moving: bool = False
     own_homing: bool = False
     resets_on_open: bool = False
-    check_bytes: bool = False
     grip_switch: bool = False
     ramp_s: float = 0.0
     jerk_s: float = 0.0

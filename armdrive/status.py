@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
-from armdrive.abilities import Torque
+from armdrive.abilities import BITS_A_BYTE, Torque
 from armdrive.errors.table import code_of_name
 from kinematics.spaces import Joints, Motors, Pose
 from kinematics.text import counted, deg_text, mm_text, shown_name
@@ -40,8 +40,6 @@ def bound_words(time_s: float, distance_mm: float) -> str:
 
 
 # The traffic on the wire, and the load that it makes.
-
-BITS_A_BYTE = 10  # on a serial wire: a start bit, eight data bits and a stop bit
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +81,6 @@ class SchedulingJitter:
     median_s: float = 0.0
     p99_s: float = 0.0
     worst_s: float = 0.0
-    classes: tuple[int, ...] = ()
 
     def __str__(self) -> str:
         if not self.count:
@@ -116,7 +113,7 @@ class Lateness:
         if not total:
             return NEVER_WOKEN
         half_s, most_s = self._within_s(0.5, total), self._within_s(0.99, total)
-        return SchedulingJitter(total, half_s, most_s, self.worst_s, tuple(self.counts))
+        return SchedulingJitter(total, half_s, most_s, self.worst_s)
 
     def _within_s(self, share: float, total: int) -> float:
         """Return the delay within which this share of the deadlines was met."""
@@ -202,18 +199,29 @@ BELIEVED_WORDS = tuple(each.value for each in BELIEVED)
 
 
 class Evidence(Enum):
-    """An observation that changes the trust in the position, in the words of the status."""
+    """An observation about the position, in the words of the status, and the trust that follows.
 
-    NO_RECORD = "no position of this arm has been saved"
-    HOMED = "referenced in the reference posture"
-    HOMED_BY_SWITCHES = "referenced by the controller's own homing"
-    DECLARED = "the posture was declared by the caller"
-    CONFIRMED = "the operator confirmed the recorded posture"
-    RECORD_MATCHES = "saved by the last session, and the registers match"
+    Most evidence speaks against the position, which is suspect then.
+    """
+
+    trust: Trust
+
+    def __new__(cls, words: str, trust: Trust = Trust.SUSPECT) -> Self:
+        """Make a member whose value is its words."""
+        evidence = object.__new__(cls)
+        evidence._value_, evidence.trust = words, trust
+        return evidence
+
+    NO_RECORD = "no position of this arm has been saved", Trust.UNKNOWN
+    RECORD_UNUSABLE = "the saved position cannot be used", Trust.UNKNOWN
+    RECORD_MATCHES = "saved by the last session, and the registers match", Trust.RESTORED
+    LINK_BACK = "the link was lost and restored, and the registers match", Trust.RESTORED
+    HOMED = "referenced in the reference posture", Trust.REFERENCED
+    HOMED_BY_SWITCHES = "referenced by the controller's own homing", Trust.REFERENCED
+    DECLARED = "the posture was declared by the caller", Trust.REFERENCED
+    CONFIRMED = "the operator confirmed the recorded posture", Trust.REFERENCED
     RECORD_DIFFERS = "the registers differ from the saved ones: the arm was moved or lost its power"
-    LINK_BACK = "the link was lost and restored, and the registers match"
     ENDED_IN_MOTION = "the last program ended in mid-motion"
-    RECORD_UNUSABLE = "the saved position cannot be used"
     ANSWER_LOST = "a motion was sent, but never answered"
     SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"

@@ -16,19 +16,12 @@ from armdrive.errors import ArmError, LinkLost
 from kinematics.spaces import Motors
 from kinematics.text import counted
 
-
-@dataclass(frozen=True, slots=True)
-class _PlainRequest:
-    """A request without parameters."""
-
-
 # Requests and replies about a program in the device's own memory.
 
 
-class ReadProgram(_PlainRequest):
+@dataclass(frozen=True, slots=True)
+class ReadProgram:
     """Read the program in the device's own memory. Moves nothing."""
-
-    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,22 +173,19 @@ class SetGripper:
     share: float
 
 
-class DropCurrent(_PlainRequest):
+@dataclass(frozen=True, slots=True)
+class DropCurrent:
     """Switch the motor current off: the arm can sag. Only an explicit `disable` sends this."""
 
-    __slots__ = ()
 
-
-class SwitchOn(_PlainRequest):
+@dataclass(frozen=True, slots=True)
+class SwitchOn:
     """Switch the motor current on, which holds the arm in place. Moves nothing."""
 
-    __slots__ = ()
 
-
-class ClearFault(_PlainRequest):
+@dataclass(frozen=True, slots=True)
+class ClearFault:
     """Clear the device's own alarm state, if it has one. Moves nothing."""
-
-    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,10 +195,9 @@ class HomeDevice:
     groups: tuple[tuple[int, ...], ...] = ()
 
 
-class ReadSettings(_PlainRequest):
+@dataclass(frozen=True, slots=True)
+class ReadSettings:
     """Read the device's settings and compare them with what the arm file expects."""
-
-    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)

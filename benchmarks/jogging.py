@@ -13,7 +13,7 @@ from measuring import Section, interleaved, report, timing
 
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import simulated_config
-from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
+from armdrive.motion.jog.course import JogCourse, JogProposal, Wish
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.registry import dialect
@@ -23,13 +23,11 @@ from kinematics import Joints
 ROUNDS = 60
 CYCLES = 200
 CYCLE_S = 0.05
-RAMP_S = 0.2
 START = (0.3, 0.7, -1.4, -0.6, 0.2)
 
 
-def terms() -> tuple[ArmConfig, SpeedLimits, Terms]:
-    """Return what the course of a jog on a GRBL board is made of."""
-    config = simulated_config("grbl")
+def course_of(config: ArmConfig) -> JogCourse:
+    """Return the course of a jog on a GRBL board."""
     controller, model = dialect("grbl").controller(config), config.model
     assert model.transmission is not None
     speeds = SpeedLimits(
@@ -39,16 +37,16 @@ def terms() -> tuple[ArmConfig, SpeedLimits, Terms]:
         model.transmission,
     )
     run_on_s = controller.stopping(config.motion.jog_burst_s).asked_motion_s
-    return config, speeds, Terms(RAMP_S, queued=True, run_on_s=run_on_s)
+    return JogCourse(config, speeds, queued=True, run_on_s=run_on_s)
 
 
 def legs(jog: Jog) -> Callable[[], object]:
     """Return a run of legs of the driver's course, back and forth."""
     back = Jog(jog.space, tuple((name, -amount) for name, amount in jog.axes), jog.frame)
-    made = terms()
+    config = simulated_config("grbl")
 
     def run() -> None:
-        course, here = JogCourse(*made), ArmCoordinates(Joints(START), 20.0)
+        course, here = course_of(config), ArmCoordinates(Joints(START), 20.0)
         now_s = 0.0
         for index in range(CYCLES):
             wish = Wish(jog if index // 20 % 2 else back, 1.0)

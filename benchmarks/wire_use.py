@@ -21,7 +21,7 @@ from typing import ClassVar
 from feel import Figures, Measured, Options, report
 from feel_benches import DenseMemoryBench, DensePtyBench, knows_lines
 
-from armdrive.abilities import BITS_A_CHARACTER, Budget
+from armdrive.abilities import BITS_A_BYTE, Budget
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.motion.execute import Moved
@@ -136,7 +136,7 @@ def measure(options: Options, dialect: str) -> Iterator[Figures]:
         arm = bench.ready()
         wire = Counted(arm)
         trips = [trip(bench, arm, wire, quick=options.quick) for _ in range(options.times)]
-        byte_s = BITS_A_CHARACTER / arm.config.connection.baud
+        byte_s = BITS_A_BYTE / arm.config.connection.baud
         queues = bool(arm.abilities.queued_segments)
         expected = expected_share(arm)
         counted = arm.status.underruns

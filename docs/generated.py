@@ -23,12 +23,12 @@ from armdrive.config.write import complete
 from armdrive.programs.language import words as language
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
-from armdrive.runtime.states import RESULTS
 from armdrive.sim.cia402.quirks import ALWAYS as CIA402_ALWAYS
 from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.device import settings_of
 from armdrive.sim.mks.quirks import ALWAYS as MKS_ALWAYS
 from armdrive.sim.mks.quirks import MksQuirks
+from armdrive.status import Evidence
 from armdrive.text.toml import rule_of
 from armdrive.trace.entries import EntryKind
 from kinematics.spaces import POSE_FIELDS
@@ -200,7 +200,7 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         ),
         "evidence": lambda: _table(
             ("observation", "position afterwards"),
-            ((evidence.value, result.value) for evidence, result in RESULTS.items()),
+            ((evidence.value, evidence.trust.value) for evidence in Evidence),
         ),
         "torque": _torque,
         "arm file": _arm_file,

@@ -1,4 +1,15 @@
-"""Run calls of arms for an event loop: simulated time on the loop itself, real time in threads."""
+"""Run calls of arms for an event loop: simulated time on the loop itself, real time in threads.
+
+`await arm.move_j(...)` comes here as `LoopContext.carry`, with the coroutine of the call
+(armdrive/blocking.py), which awaits nothing but a `Wait`.
+
+In simulated time, a `SimulatedCall` runs the coroutine to its first wait, and the `ClockDriver` of
+the clock takes over: in each turn of the loop it advances the clock by a few steps and resumes the
+calls whose waits are over. In real time, a `ThreadCall` runs the coroutine on a thread of its own,
+and the loop waits for the thread's end.
+
+A cancelled task stops its arm first, and gets its `CancelledError` once the arm stands.
+"""
 
 from __future__ import annotations
 

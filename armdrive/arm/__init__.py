@@ -101,6 +101,7 @@ class Arm:
         try:
             self._jogs = JogSessions(parts)
             self._moving = Moving(parts, self._jogs)
+            self._gripper = Gripper(parts, self._moving)
             self._jogging = Jogging(parts, self._jogs)
             self._io = InputsOutputs(parts)
             self._controller = ControllerMemory(parts)
@@ -500,7 +501,7 @@ class Arm:
     @property
     def gripper(self) -> Gripper:
         """The fingers: `gripper.open()`, `gripper.grasp()`."""
-        return Gripper(self, self._parts)  # not kept, because it keeps the arm
+        return self._gripper
 
     @property
     def points(self) -> Points:

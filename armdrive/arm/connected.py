@@ -22,6 +22,9 @@ T = TypeVar("T")
 BEFORE = "before the motion started"
 """When a stop was requested that keeps a motion from starting."""
 
+PATIENCE = 4.0
+"""A motion that lasts this many times longer than planned, and `PATIENCE_S` more, is stopped."""
+
 
 class ArmPart:
     """A part of an arm that has calls of its own, such as `arm.io`.

@@ -1,6 +1,13 @@
 """The jogs of an arm: increments and timed jogs that a call waits for, and held jogs.
 
-Programs wait for the end of a jog; the desk does not.
+Programs wait for the end of a jog (`arm.jog_j`, `arm.jog_l`); the desk does not (`arm.jogging`).
+Either way the jog is handed to the one session of the arm: a task of the engine (motion/jog) that
+serves increments and the held jog until neither is left. A jog joins the session that is running,
+or begins one.
+
+A held jog is a lease: it ends by itself unless `hold` is called again in time. `Jogging` keeps the
+press of the key that the lease belongs to. After a stop the key may still be down, and its terminal
+still repeats it: such a `hold` belongs to the same press, and moves nothing.
 """
 
 from __future__ import annotations
@@ -9,7 +16,7 @@ import math
 from dataclasses import dataclass, replace
 
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
+from armdrive.arm.connected import BEFORE, PATIENCE, ArmPart, Handle, finished
 from armdrive.connect.parts import Parts
 from armdrive.connect.runner import PATIENCE_S
 from armdrive.errors import BadRequest, LinkLost, Refused, Stopped, WrongState
@@ -17,6 +24,7 @@ from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion.jog import (
     Jogged,
     check_duration,
+    increment_s,
     jog_session,
     require_allowed,
 )
@@ -29,6 +37,7 @@ from kinematics.errors import finite
 
 LET_GO = "the jog was stopped: let go, then jog again"
 
+QUEUE_PATIENCE_S = 10 * PATIENCE_S  # a jog may have to wait for the end of an earlier one
 LONGEST_LEASE_S = 1.0  # a held jog that is not renewed within this time ends
 LATEST_START_S = 1.0  # an increment that starts later than this would surprise the operator
 
@@ -55,7 +64,7 @@ class JogSessions:
             self._require(hold)
             check_duration(self._core, self._parts.speeds, hold, duration_s)
             task = self._begin(hold)
-        return await self._parts.runner.finish(task, duration_s + PATIENCE_S * 10)
+        return await self._parts.runner.finish(task, duration_s + QUEUE_PATIENCE_S)
 
     def start(self, move: JogMove, stops: int | None = None) -> Handle[Jogged]:
         """Start an increment. Raises `WrongState` while another one waits."""
@@ -67,7 +76,8 @@ class JogSessions:
                 self._require(nudge)  # what is wrong with the jog itself matters more
                 raise WrongState("another increment is already waiting: wait for its end")
             task = self._begin(nudge)
-        return Handle(self._parts.runner, task, PATIENCE_S * 10)
+            lasts_s = increment_s(self._core, self._parts.speeds, move.jog, move.speed)
+        return Handle(self._parts.runner, task, lasts_s * PATIENCE + QUEUE_PATIENCE_S)
 
     def go_on(self, asked: ContinuousJog | IncrementalJog) -> None:
         """Hand a jog to a session, and report a refusal in the status's notice."""

@@ -9,9 +9,9 @@ import math
 from collections.abc import Sequence
 from datetime import datetime
 from functools import partial
-from typing import Any, Protocol, overload
+from typing import Any, overload
 
-from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
+from armdrive.arm.connected import BEFORE, PATIENCE, ArmPart, Handle, finished
 from armdrive.arm.jogging import JogSessions
 from armdrive.blocking import blocking
 from armdrive.connect.parts import Parts
@@ -125,9 +125,6 @@ def _together(moved: Sequence[Moved]) -> Moved:
     )
 
 
-# The deadline of a motion is PATIENCE times its planned duration, and PATIENCE_S for the rest.
-
-PATIENCE = 4.0
 GRASP_PATIENCE_S = 120.0  # added for a grasp, whose duration is not known in advance
 LONGEST_BENCH_S = 600.0  # raw steps know no limits: a slip of three digits would turn for hours
 
@@ -162,6 +159,8 @@ class Moving:
 
     @overload
     def start(self, move: Motion, stops: int | None = None) -> Handle[Moved]: ...
+    @overload
+    def start(self, move: GraspMove, stops: int | None = None) -> Handle[Grasped]: ...
     @overload
     def start(self, move: Move, stops: int | None = None) -> Handle[Moved | Grasped | Jogged]: ...
     def start(self, move: Move, stops: int | None = None) -> Handle[Any]:
@@ -269,26 +268,15 @@ class Moving:
         return None
 
 
-class MovingArm(Protocol):
-    """An arm that moves its fingers."""
-
-    @overload
-    def start(self, move: Motion) -> Handle[Moved]: ...
-    @overload
-    def start(self, move: GraspMove) -> Handle[Grasped]: ...
-    def start(self, move: Motion | GraspMove) -> Handle[Moved] | Handle[Grasped]:
-        """Start a move."""
-
-
 @known_attributes
 @traced("gripper")
 @checked_calls(BASIC)
 class Gripper(ArmPart):
     """The gripper of an arm."""
 
-    def __init__(self, arm: MovingArm, parts: Parts) -> None:
+    def __init__(self, parts: Parts, moving: Moving) -> None:
         super().__init__(parts)
-        self._arm = arm
+        self._moving = moving
 
     @property
     def opening_mm(self) -> float:
@@ -312,12 +300,12 @@ class Gripper(ArmPart):
     @blocking
     async def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open the fingers to a width in mm, or all the way."""
-        return await finished(self._arm.start(GripperMove(opening_mm, speed)))
+        return await finished(self._moving.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
         """Close the fingers to a width in mm. To detect an object, use `grasp`."""
-        return await finished(self._arm.start(GripperMove(opening_mm, speed)))
+        return await finished(self._moving.start(GripperMove(opening_mm, speed)))
 
     @blocking
     async def grasp(self, *, force_n: float = 8.9) -> float:
@@ -325,4 +313,4 @@ class Gripper(ArmPart):
 
         The force, about 2 lb by default, is applied after the grip switch has tripped.
         """
-        return (await finished(self._arm.start(GraspMove(force_n)))).width_mm
+        return (await finished(self._moving.start(GraspMove(force_n)))).width_mm

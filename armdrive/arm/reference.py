@@ -7,8 +7,7 @@ from dataclasses import replace
 from typing import Any, Protocol, TypeVar
 
 from armdrive.arm.arguments import RULES
-from armdrive.arm.connected import BEFORE, ArmPart, Handle, finished
-from armdrive.arm.moving import PATIENCE
+from armdrive.arm.connected import BEFORE, PATIENCE, ArmPart, Handle, finished
 from armdrive.blocking import blocking
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import Parts

@@ -8,8 +8,8 @@ from dataclasses import asdict, dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
 
+from armdrive.abilities import BITS_A_BYTE
 from armdrive.errors import ArmFileError
-from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import HomeDevice
 from armdrive.text.toml import (
     TomlTable,

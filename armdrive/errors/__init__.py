@@ -3,7 +3,7 @@
     ArmError                      1   root: something is wrong, and the message says what to do
     +-- Refused                   3   nothing was sent, nothing moved
     |   +-- BadRequest            2   a word or number of the call itself is wrong
-    |   |   +-- UnknownPoint      2   no point or sequence has that name
+    |   |   +-- UnknownPoint      2   no point has that name
     |   |   +-- BadArgument       2   an argument is of the wrong kind, or there are too many
     |   +-- NotReferenced         3   planned motion needs a position that can be trusted
     |   +-- OperatorNeeded        3   a person has to look at the arm first
@@ -98,7 +98,7 @@ class BadRequest(Refused, ValueError):
 
 
 class UnknownPoint(BadRequest, KeyError):
-    """No point, or no sequence, has that name; the message suggests one."""
+    """No point has that name; the message suggests one."""
 
     code = "E109"
 
@@ -294,7 +294,7 @@ class PointsFileError(ArmError):
 
 
 class PointsChanged(PointsFileError):
-    """Another program changed a point or a sequence after it was read: nothing was written."""
+    """Another program changed a point after it was read: nothing was written."""
 
     code = "E110"
 

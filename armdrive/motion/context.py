@@ -1,7 +1,17 @@
 """The context of a motion task: requests, register checks, bursts, segments, and the motion mark.
 
-A motion is sent as bursts or as a stream of segments; this file decides what each reply means for
-the arm's position and state.
+A motion comes here from execute.py as bursts (`MotionContext.move`) or as a stream of segments
+(`MotionContext.stream`). Either way, the same steps follow:
+
+    _may_begin    the settings allow motion, the motion mark is on the disk, and no fault is latched
+    pieces        (deviation.py) what is sent for some steps of the joints: one burst, or several if
+                  a motor takes up its backlash first
+    sends         the ledger counts the steps as commanded, before they are sent
+    driven        the request and its reply; the loss of the link counts as lost in motion
+    the reply     done: the goal is acknowledged. Halted: the registers say where the motors stand;
+                  if that is not on the way, the position is suspect. Refused: a fault
+
+The registers are compared now and then on the way (`BLIND_S`) and at the end (`verify`).
 """
 
 from __future__ import annotations

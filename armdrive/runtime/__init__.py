@@ -2,7 +2,7 @@
 
 Which file decides what:
 
-    states       the tables: states and events, evidence and trust, alerts; what a trust allows
+    states       the state machine; how evidence and alerts change trust; what a trust allows
     arm_state    the state of one arm, changed here only; faults, notices, the status
     position     commanded, acknowledged and read back; registers, offset, coordinates
     backlash     where each motor is within its lost motion, and how much it turns more

@@ -1,7 +1,14 @@
 """The state of one arm, and the only place where it changes.
 
 Only the engine's tasks (armdrive/motion) change the state; all others read the frozen `Status`.
-The position ledger is in position.py.
+The position ledger is in position.py. Three things change independently of one another:
+
+- the state of the state machine: `happen` applies an event, by the table in states.py;
+- the trust in the position: `learn` applies evidence;
+- what the operator reads: `notify` and `report` show notices.
+
+`fault` latches error-stop and shows its cause. It leaves the trust alone: an emergency stop of an
+idle arm casts no doubt on its position. Whatever does is learned as well.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Three tables: the state machine of an arm, the trust in its position, and what alerts do to it.
+"""The state machine of an arm, and how evidence and alerts change the trust in its position.
 
 The states are PLCopen's. Trust is independent of them.
 
@@ -91,41 +91,10 @@ def after(state: State, event: Event, action: str = "") -> State:
         ) from None
 
 
-# Trust in the position: one table from evidence to trust.
+# Trust in the position. `status.Evidence` says what each observation makes of it.
 #
 # Most of the arms have no encoders, so a wrong position cannot be measured. Evidence against a
 # position lowers trust; only a reference, or an operator who confirms the drawn posture, raises it.
-
-RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
-    {
-        Evidence.NO_RECORD: Trust.UNKNOWN,
-        Evidence.HOMED: Trust.REFERENCED,
-        Evidence.HOMED_BY_SWITCHES: Trust.REFERENCED,
-        Evidence.DECLARED: Trust.REFERENCED,
-        Evidence.CONFIRMED: Trust.REFERENCED,
-        Evidence.RECORD_MATCHES: Trust.RESTORED,
-        Evidence.RECORD_DIFFERS: Trust.SUSPECT,
-        Evidence.LINK_BACK: Trust.RESTORED,
-        Evidence.ENDED_IN_MOTION: Trust.SUSPECT,
-        Evidence.RECORD_UNUSABLE: Trust.UNKNOWN,
-        Evidence.ANSWER_LOST: Trust.SUSPECT,
-        Evidence.SILENT: Trust.SUSPECT,
-        Evidence.READ_BACK_DIFFERS: Trust.SUSPECT,
-        Evidence.MOTION_REFUSED: Trust.SUSPECT,
-        Evidence.BROKEN_OFF: Trust.SUSPECT,
-        Evidence.HOMING_FAILED: Trust.SUSPECT,
-        Evidence.OFF_ITS_MARK: Trust.SUSPECT,
-        Evidence.STOPPED_DEAD: Trust.SUSPECT,
-        Evidence.ALARM: Trust.SUSPECT,
-        Evidence.OFF_THE_PATH: Trust.SUSPECT,
-        Evidence.SWITCHED_OFF: Trust.SUSPECT,
-        Evidence.CURRENT_DROPPED: Trust.SUSPECT,
-        Evidence.LOST_IN_MOTION: Trust.SUSPECT,
-        Evidence.MOVED_BY_OTHERS: Trust.SUSPECT,
-        Evidence.RESTARTED: Trust.SUSPECT,
-        Evidence.CONTROLLER_RESTARTED: Trust.SUSPECT,
-    }
-)
 
 UNPOWERED = frozenset(
     {
@@ -166,7 +135,7 @@ class Belief:
 
     def after(self, evidence: Evidence, now_s: float, detail: str = "") -> Belief:
         """Return the belief after new evidence. An unknown position cannot become suspect."""
-        result = RESULTS[evidence]
+        result = evidence.trust
         if result is Trust.SUSPECT and self.trust is Trust.UNKNOWN:
             return self
         if evidence is Evidence.LINK_BACK and self.trust is not Trust.REFERENCED:

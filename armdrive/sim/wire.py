@@ -17,8 +17,8 @@ from collections.abc import Callable, Container, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
+from armdrive.abilities import BITS_A_BYTE
 from armdrive.errors import NoSuchPort
-from armdrive.status import BITS_A_BYTE
 from armdrive.transports.link import Bell, Link, closed_link, lost_link
 from firmware_protocol.frames import Frame
 

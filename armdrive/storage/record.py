@@ -157,16 +157,16 @@ class RecordStore(Protocol):
     def load(self) -> Record | None:
         """Return the record, or None if there is none; raises `StateFileError`."""
 
-    def refuse(self) -> None:
-        """Keep the present file under another name when the next record replaces it."""
-
-    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
+    def save(
+        self, record: Record, wanted: Callable[[], bool] = always, *, aside: bool = False
+    ) -> None:
         """Replace the record; once this returns, the new one survives a power cut.
 
         As a disk may be slow, `wanted()` is called again just before the new record takes effect.
+        With `aside`, a file that could not be used is kept under another name.
         """
 
-    def remove(self) -> None:
+    def remove(self, *, aside: bool = False) -> None:
         """Delete the record, which is no longer true and cannot be replaced."""
 
 
@@ -180,15 +180,18 @@ class RecordInMemory:
         """Return the latest record."""
         return self._record
 
-    def refuse(self) -> None:
-        """Do nothing: there is no unusable file to rename."""
-
-    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
+    def save(
+        self,
+        record: Record,
+        wanted: Callable[[], bool] = always,
+        *,
+        aside: bool = False,  # noqa: ARG002 - there is no file to rename
+    ) -> None:
         """Keep a record."""
         if wanted():
             self._record = record
 
-    def remove(self) -> None:
+    def remove(self, *, aside: bool = False) -> None:  # noqa: ARG002
         """Drop the record."""
         self._record = None
 
@@ -199,7 +202,6 @@ class RecordFile:
     def __init__(self, path: Path, files: StateFiles = DISK) -> None:
         self.path = path
         self._files = files
-        self._refused = False
         self._tidied = False
 
     @property
@@ -228,27 +230,23 @@ class RecordFile:
             )
         return record
 
-    def refuse(self) -> None:
-        """Rename the present file, instead of overwriting it, at the next `save`."""
-        self._refused = True
-
-    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
+    def save(
+        self, record: Record, wanted: Callable[[], bool] = always, *, aside: bool = False
+    ) -> None:
         """Replace the file; the first time, also remove the unfinished files of killed programs."""
-        aside = self.aside if self._refused else None
-        replace_durably(self._files, self.path, to_text(record), aside=aside, wanted=wanted)
-        self._refused = False
+        kept = self.aside if aside else None
+        replace_durably(self._files, self.path, to_text(record), aside=kept, wanted=wanted)
         if not self._tidied:
             self._tidied = True
             for left in self._files.leftovers(self.path):
                 with contextlib.suppress(OSError):
                     self._files.remove(left)
 
-    def remove(self) -> None:
+    def remove(self, *, aside: bool = False) -> None:
         """Remove the file, which works on a full disk too."""
-        if self._refused:
+        if aside:
             put_aside(self._files, self.path, self.aside)
         remove_durably(self._files, self.path)
-        self._refused = False
 
 
 # Writes records to the disk: at once on simulated time, otherwise in a thread of its own.
@@ -299,9 +297,11 @@ class RecordWriter:
         self._left = {record}
 
     def refused(self) -> None:
-        """Note that the disk holds an unusable record, which the next program may misread."""
+        """Note that the disk holds an unusable record, which the next program may misread.
+
+        The next `save` or `remove` keeps its file under another name.
+        """
         self._refused = True
-        self._store.refuse()
 
     # -- accepting records --------------------------------------------------------------------
 
@@ -356,7 +356,7 @@ class RecordWriter:
         if self._ended:
             return
         try:
-            self._store.save(record, lambda: not self._ended)
+            self._store.save(record, lambda: not self._ended, aside=self._refused)
         except Exception as error:  # any failure has to reach the wire's thread
             self.outcome = replace(self.outcome, number=number, error=self._failed(record, error))
         else:
@@ -368,7 +368,7 @@ class RecordWriter:
         words = reason_of(error)
         if self._refused or any(_misleads(one, record) for one in self._left):
             try:
-                self._store.remove()
+                self._store.remove(aside=self._refused)
             except OSError as another:
                 words += f", and the old position is still there ({reason_of(another)})"
             else:

@@ -55,7 +55,7 @@ CALLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "pause", "resume",
         ),
         "controller": ("read_program", "write_program", "fix_settings"),
-        "gripper": ("grasp",),
+        "gripper": ("open", "close", "grasp"),
         "io": ("read", "wait", "write"),
         "jogging": ("hold", "nudge", "release"),
         "reference": ("confirm", "confirm_restored", "declare", "verify"),
@@ -121,6 +121,9 @@ CallListener = Callable[[str, tuple[Any, ...], dict[str, Any]], object]
 """Takes a call's name and arguments before the call begins; may raise to refuse it."""
 
 
+_RECORDED_IN = "_recorded_in"
+"""The attribute of an error that has been recorded: what marks the errors of that call."""
+
 WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
 LONGEST_TEXT = 400  # characters kept of an argument list or an error
 
@@ -165,8 +168,12 @@ class RecordingWriter:
         """Call `write(None)` in another thread; keep the reason if it fails."""
         self._threads = [each for each in self._threads if each.is_alive()]
         thread = threading.Thread(target=self._try, args=(write,), name="armdrive-recorder")
-        self._threads.append(thread)
-        thread.start()
+        try:
+            thread.start()
+        except RuntimeError as error:  # out of threads, or the interpreter is shutting down
+            self.trouble = str(error)
+        else:
+            self._threads.append(thread)
 
     def _try(self, write: Callable[[Path | None], Path]) -> None:
         try:
@@ -202,7 +209,8 @@ class FlightRecorder:
         self._now_s = 0.0
         self._stop: tuple[bool, bool] = (False, False)
         self._condition: EntryCondition | tuple[None, ...] = (None,) * len(_CONDITION)
-        self._last_error = 0
+        self._call = object()
+        """Marks the errors that were recorded since the latest call began."""
         self._inbox: deque[tuple[float, EntryKind, str]] = deque()
 
     # -- events from the driver -----------------------------------------------------------------
@@ -277,13 +285,15 @@ class FlightRecorder:
 
     def called(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> None:
         """Record a call."""
-        self._last_error = 0
+        self._call = object()
         self._inbox.append((self._clock(), EntryKind.CALL, _call_text(name, arguments, named)))
 
     def raised(self, error: BaseException) -> None:
         """Record an error once, however many calls it passes through."""
-        if id(error) != self._last_error:
-            self._last_error = id(error)
+        # The mark is kept on the error: to keep the error here would keep its arm from being freed,
+        # and another error may get its id once it is gone.
+        if vars(error).get(_RECORDED_IN) is not self._call:
+            vars(error)[_RECORDED_IN] = self._call
             self._inbox.append((self._clock(), EntryKind.RAISED, _error_text(error)))
 
     def ended(self, error: BaseException | None) -> None:

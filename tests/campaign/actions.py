@@ -7,8 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.arm.connected import Handle
-from armdrive.arm.moving import PATIENCE
+from armdrive.arm.connected import PATIENCE, Handle
 from armdrive.connect.runner import PATIENCE_S
 from armdrive.dialects.controller import HOMING_MARGIN_S, in_turn
 from armdrive.errors import Stopped

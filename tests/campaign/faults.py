@@ -13,6 +13,7 @@ from armdrive.motion.reference import PROMPT_S
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import Board, HasPendant, HasSwitches, Resettable
 from armdrive.sim.faults import parse_words
+from armdrive.sim.robko01 import SimRobkoBoard
 from kinematics import Motors
 
 from .excuses import NOISE_S, TurnedByHand
@@ -69,7 +70,7 @@ def motor(stage: Stage) -> int:
 
 def _no_check_bytes(stage: Stage) -> bool:
     """Return whether the device obeys changed numbers: neither messages nor a bus have checks."""
-    return not stage.config_abilities.check_bytes and not isinstance(stage.twin.board, DrivesBoard)
+    return not isinstance(stage.twin.board, DrivesBoard | SimRobkoBoard)
 
 
 def _amount(draw: random.Random) -> str:

@@ -12,14 +12,12 @@ from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.abilities import Abilities
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.controller import Controller
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
@@ -225,7 +223,7 @@ class Stage:
         self.no_hold_until_s: dict[int, float] = {}
         """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
-        slowest_hz = self._controller.usable_rate_hz(0.0)
+        slowest_hz = dialect(name).controller(self.config).usable_rate_hz(0.0)
         # the speed of an MKS drive that catches up is rounded up to whole rpm, and raised
         rounding_up_hz = COUNTS_S_PER_RPM * (1 + CATCH_UP_RPM) if name == "mks" else 0.0
         tip_mm = self._step_mm() * near
@@ -237,15 +235,6 @@ class Stage:
             self.watch.spring_back.can_hold = self._can_hold
             self.watch.lost_targets.brakes = self._brakes
             self.world.closed_loop = True
-
-    @property
-    def config_abilities(self) -> Abilities:
-        """What the arm's controller can do, by the settings of this arm."""
-        return self._controller.abilities
-
-    @property
-    def _controller(self) -> Controller:
-        return dialect(self.config.connection.dialect).controller(self.config)
 
     # -- programs -------------------------------------------------------------------------------
 

@@ -44,8 +44,8 @@ from kinematics.text import counted
 MOVING = frozenset(
     {
         "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
-        "park", "home", "jog_j", "jog_l", "jogging.hold", "jogging.nudge", "gripper.grasp",
-        "reference.verify",
+        "park", "home", "jog_j", "jog_l", "jogging.hold", "jogging.nudge",
+        "gripper.open", "gripper.close", "gripper.grasp", "reference.verify",
     }
 )  # fmt: skip
 """The calls before which --step waits, and which are worth a line."""

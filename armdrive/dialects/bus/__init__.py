@@ -73,7 +73,6 @@ def bus_dialect(
     traffic: Traffic,
     register_bits: int,
     silence: str,
-    check_bytes: bool,
     beats: bool = False,
 ) -> Dialect:
     """Return the entry of a dialect; `language` is the protocol's name in commands and in words.
@@ -93,7 +92,6 @@ def bus_dialect(
             queued_segments=SEGMENTS_AHEAD,
             reports_while_moving=True,
             own_homing=True,
-            check_bytes=check_bytes,
             current=Switching.BOTH,
             jog_burst_s=0.15,
             planned_burst_s=0.3,

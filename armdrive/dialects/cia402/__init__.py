@@ -36,7 +36,6 @@ ENTRY = bus_dialect(
     ),
     traffic=Traffic(line_chars=80, answer_chars=74),
     register_bits=32,
-    check_bytes=False,  # the bus itself checks its frames
     silence="An idle bus is silent unless its drives produce heartbeats (object 1017)",
     beats=True,
 )

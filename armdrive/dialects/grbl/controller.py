@@ -16,7 +16,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import Abilities
+from armdrive.abilities import BITS_A_BYTE, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.controller import (
@@ -41,7 +41,6 @@ from armdrive.dialects.grbl.settings import (
 )
 from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
 from armdrive.errors import Refused
-from armdrive.status import BITS_A_BYTE
 from armdrive.tasks import (
     ClearFault,
     DeviceSettings,

@@ -37,6 +37,5 @@ ENTRY = bus_dialect(
     ),
     traffic=Traffic(line_chars=78, answer_chars=60),
     register_bits=48,
-    check_bytes=True,
     silence="An idle bus of these drives is silent: they only answer questions",
 )

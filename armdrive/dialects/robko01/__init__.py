@@ -31,7 +31,6 @@ ENTRY = Dialect(
         coordinated=False,
         abort=Abort.RAMP,
         reports_while_moving=True,
-        check_bytes=True,
         current=Switching.BOTH,
         jog_burst_s=0.25,
         planned_burst_s=0.5,

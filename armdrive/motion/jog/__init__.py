@@ -31,7 +31,14 @@ from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_mov
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import JogEnded
-from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish, amounts_of, stride
+from armdrive.motion.jog.course import (
+    JogCourse,
+    JogIncrement,
+    JogProposal,
+    Wish,
+    amounts_of,
+    stride,
+)
 from armdrive.motion.jog.rates import Scale, axis_names
 from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
@@ -151,8 +158,7 @@ def wish_of(core: Core, hold: ContinuousJog) -> Wish:
 def course_of(core: Core, speeds: SpeedLimits) -> JogCourse:
     """Return the course of a new jog."""
     queued = bool(core.controller.abilities.queued_segments)
-    terms = Terms(core.config.motion.jog_ramp_s, queued, runs_on_s(core))
-    return JogCourse(core.config, speeds, terms)
+    return JogCourse(core.config, speeds, queued=queued, run_on_s=runs_on_s(core))
 
 
 def runs_on_s(core: Core) -> float:
@@ -355,6 +361,17 @@ def _give_up_paused(core: Core) -> None:
     core.nudges.clear()
 
 
+def _strides(core: Core, speeds: SpeedLimits, jog: Jog, speed: float) -> JogIncrement:
+    """Return the legs of an increment from where the arm stands."""
+    start, known = core.position.coordinates, core.position_known
+    return stride(core.config, speeds, jog, capped(core, speed), start, known=known)
+
+
+def increment_s(core: Core, speeds: SpeedLimits, jog: Jog, speed: float) -> float:
+    """Return how long an increment lasts from where the arm stands, as far as bounds allow."""
+    return math.fsum(leg.duration_s for leg in _strides(core, speeds, jog, speed).legs)
+
+
 def _increment(
     context: MotionContext, speeds: SpeedLimits, nudge: IncrementalJog
 ) -> TaskBody[None]:
@@ -366,10 +383,9 @@ def _increment(
     if context.now_s > nudge.until_s:
         core.notify(TOO_LATE)
         return
-    speed, known, start = capped(core, nudge.speed), core.position_known, core.position.coordinates
     try:
         require_allowed(core, nudge)
-        found = stride(core.config, speeds, nudge.jog, speed, start, known=known)
+        found = _strides(core, speeds, nudge.jog, nudge.speed)
         require_audit(core, *found.legs)
     except (ArmError, KinematicsError) as refusal:
         core.notify(str(refusal), refusal)

@@ -54,19 +54,6 @@ class Wish:
 
 
 @dataclass(frozen=True, slots=True)
-class Terms:
-    """What holds for a whole jog, and does not change with the wishes of its operator.
-
-    `ramp_s` is the longest time to full speed; `queued` is true if the speed carries over from leg
-    to leg; `run_on_s` is how long the arm may run on after a stop.
-    """
-
-    ramp_s: float
-    queued: bool
-    run_on_s: float
-
-
-@dataclass(frozen=True, slots=True)
 class JogProposal:
     """A leg that may be driven, and its speed. `note` names the axes that are at their limits."""
 
@@ -89,12 +76,15 @@ class JogCourse:
     `note` is the latest note that the caller has shown to the operator.
     """
 
-    def __init__(self, config: ArmConfig, speeds: SpeedLimits, terms: Terms) -> None:
+    def __init__(
+        self, config: ArmConfig, speeds: SpeedLimits, *, queued: bool, run_on_s: float
+    ) -> None:
+        """`queued`: the speed carries over from leg to leg. `run_on_s`: the arm's, after a stop."""
         self.note = ""
-        self._terms = terms
+        self._run_on_s = run_on_s
         self._config = config
         self._speeds = speeds
-        self._pacer = Pacer(terms.ramp_s, carries=terms.queued)
+        self._pacer = Pacer(config.motion.jog_ramp_s, carries=queued)
         self._scale = Scale(config, speeds)
         self._bounds = Bounds(config, speeds.transmission)
 
@@ -158,7 +148,7 @@ class JogCourse:
             return JogEnded(note)
         way = self._way(paced.kind, start, paced.mean, spans)
         # an even ramp down to rest covers half the way that its time would at the mean speed
-        look_s = time_s + max(paced.ramp_s / 2.0, self._terms.run_on_s)
+        look_s = time_s + max(paced.ramp_s / 2.0, self._run_on_s)
         free = self._bounds.free(way, start.joints, look_s)
         if free.free_s >= look_s:
             return self._proposal(way, start, paced, time_s, time_s, note)
@@ -186,7 +176,7 @@ class JogCourse:
         """
         share = min(braking_share(each_s, time_s, ramp_s) for each_s in (reach_s, clear_s))
         if clear_s < reach_s:
-            share = min(share, clear_s / (time_s + self._terms.run_on_s))
+            share = min(share, clear_s / (time_s + self._run_on_s))
         return share
 
     def _apart(

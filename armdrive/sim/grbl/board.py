@@ -21,6 +21,7 @@ from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, Generic, TypeAlias, TypeVar
 
+from armdrive.abilities import BITS_A_BYTE
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
 from armdrive.sim.grbl.firmware import MINUTE_S, BoardSettings
@@ -37,7 +38,6 @@ from armdrive.sim.grbl.parser import STORED, GcodeParser
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_names, unfit
-from armdrive.status import BITS_A_BYTE
 from armdrive.text.toml import plain, setting
 from firmware_protocol.grbl import (
     Answer,

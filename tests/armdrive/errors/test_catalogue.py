@@ -29,7 +29,7 @@ from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_
 from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
 from armdrive.programs.language.words import WORDS
 from armdrive.programs.shell import OWN_WORDS
-from armdrive.runtime.states import RESULTS, TRANSITIONS, Belief, Event, after, require_reference
+from armdrive.runtime.states import TRANSITIONS, Belief, Event, after, require_reference
 from armdrive.status import Evidence, State, Trust
 from firmware_protocol.errors import ProtocolError
 from kinematics.errors import KinematicsError, remade
@@ -99,8 +99,8 @@ def test_only_a_failure_of_the_engine_has_the_general_code():
 
 
 def test_every_evidence_against_a_position_has_a_row():
-    for evidence, trust in RESULTS.items():
-        assert (entry_of(evidence) is None) == (trust is Trust.REFERENCED), evidence
+    for evidence in Evidence:
+        assert (entry_of(evidence) is None) == (evidence.trust is Trust.REFERENCED), evidence
 
 
 def test_every_kind_of_error_has_a_row_and_no_row_is_left_over():

@@ -240,7 +240,6 @@ OUTLETS = {
     "points": (named_points, (
         ("points", "list", "--arm", "bench"), ("points", "list", "--arm", "bench", "--json"),
         ("points", "show", "here", "--arm", "bench"),
-        ("points", "show", "stack", "--arm", "bench"),
     )),
     "the name of a point": (oddly_named_point, (
         ("points", "list", "--arm", "bench"), ("points", "show", "x", "--arm", "bench"),

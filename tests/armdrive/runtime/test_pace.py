@@ -94,9 +94,6 @@ def test_an_accelerated_clock_waits_for_an_engine_that_a_busy_computer_holds_up(
         def __init__(self):
             self.seen_s = []
 
-        def absent(self, _):
-            pass
-
         def advance(self, now_s):
             self.seen_s.append(now_s)
             rounds.acquire()
@@ -212,8 +209,7 @@ class Clock:
 class Sleeper:
     """An engine's stand-in whose computer is suspended once, at a stated place."""
 
-    broken = None
-    mending = None
+    broken = reconnect = None
 
     def __init__(self, clock, asleep_in, asleep_s):
         self.clock, self.asleep_in, self.link = clock, asleep_in, self
@@ -249,6 +245,7 @@ def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch)
     sleeper = Sleeper(clock, place, asleep_s)
     real._engine = sleeper
     real._drive()
+    assert real._failure is None
     assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, asleep_s)]
     if asleep_s > SUSPENDED_S:
         assert (2 in sleeper.waits) == (place == "wait")
@@ -298,7 +295,7 @@ def test_no_figure_is_below_what_it_bounds_and_none_above_the_worst(late_s):
     for each in late_s:
         lateness.add(each)
     found, ordered = lateness.view(), sorted(late_s)
-    assert found.count == len(late_s) == sum(found.classes)
+    assert found.count == len(late_s)
     assert found.worst_s == ordered[-1]
     for share, bound_s in ((0.5, found.median_s), (0.99, found.p99_s)):
         inside = sum(each <= bound_s for each in ordered)
@@ -559,23 +556,19 @@ def test_bytes_prepared_before_the_drives_stopped_are_not_sent(arm, said):
     assert said == []
 
 
-def test_a_stop_is_sent_however_late_it_is(arm, said):
-    handle = moving(arm)
-    arm.parts.engine.round_s = lambda: 0.9
-    said.clear()
-    arm.request_stop()
-    with pytest.raises(Stopped):
-        handle.wait()
-    assert said
-
-
-def test_bytes_of_a_round_of_usual_length_are_sent(arm, said):
+def test_bytes_of_a_round_of_usual_length_are_sent_and_a_stop_however_late_it_is(arm, said):
     handle = moving(arm)
     arm.parts.engine.round_s = lambda: arm.parts.engine.controller.abilities.order_s - 0.01
     said.clear()
     arm.sleep(0.6)
     assert not handle.done
     assert len(said) > 50
+    arm.parts.engine.round_s = lambda: 0.9
+    said.clear()
+    arm.request_stop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    assert said
 
 
 def test_orders_of_other_arms_may_be_late():

@@ -15,7 +15,7 @@ from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference
 from armdrive.runtime import persistence
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.runtime.states import FIRST_BELIEF, RESULTS, Belief, require_reference
+from armdrive.runtime.states import FIRST_BELIEF, Belief, require_reference
 from armdrive.status import Current, Evidence, State, Trust, code_of_reason
 from armdrive.storage import record
 from armdrive.storage.record import FORMAT, from_text
@@ -29,7 +29,7 @@ AT_CONNECT = {Evidence.RECORD_MATCHES}
 def test_every_kind_of_evidence_has_a_row_and_words():
     for evidence in Evidence:
         belief = Belief(Trust.REFERENCED, "it was homed").after(evidence, 3.0, "detail")
-        assert belief.trust is RESULTS[evidence]
+        assert belief.trust is evidence.trust
         assert belief.since_s == 3.0
         assert evidence.value in belief.reason
         assert "detail" in belief.reason
@@ -78,7 +78,7 @@ def test_nothing_but_a_reference_or_a_confirmation_raises_trust(history):
             belief = after
 
 
-@every_row("evidence", [e for e in Evidence if RESULTS[e] is Trust.SUSPECT])
+@every_row("evidence", [e for e in Evidence if e.trust is Trust.SUSPECT])
 def test_unknown_stays_unknown_and_a_suspect_position_tells_its_first_and_latest_reason(evidence):
     assert FIRST_BELIEF.after(evidence, 1.0) == FIRST_BELIEF
     doubt = Belief(Trust.SUSPECT, "the first reason; then another")

@@ -574,14 +574,14 @@ def restless(now_s):
         yield SleepUntil(now_s)
 
 
-def test_a_flow_that_goes_round_without_waiting_is_ended():
+def test_a_task_that_loops_without_waiting_is_ended():
     arm = ready_arm()
     with pytest.raises(ArmError, match="without waiting"):
         run_blocking(arm.parts.runner.perform(restless(arm.parts.pace.now_s() - 1.0)))
     assert arm.move_j(base_deg=2).joints.deg["base"] == pytest.approx(2.0, abs=0.05)
 
 
-def test_a_script_that_goes_round_without_waiting_is_ended():
+def test_a_drivers_script_that_loops_without_waiting_is_ended():
     controller = ready_arm().parts.core.controller
     controller.script = lambda _request: restless_script()
     controller.begin(ReadPosition(), 0.0)

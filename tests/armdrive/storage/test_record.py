@@ -239,13 +239,10 @@ def test_an_arm_whose_position_cannot_be_remembered_does_not_move(bench):
         def load(self):
             return None
 
-        def refuse(self):
-            pass
-
-        def remove(self):
+        def remove(self, *, aside):
             raise OSError(5, "Input/output error")
 
-        def save(self, record: Record, wanted) -> None:
+        def save(self, record: Record, wanted, *, aside) -> None:
             raise OSError(28, "No space left on device")
 
     bench.recorder = Full()
@@ -284,6 +281,8 @@ def test_a_refused_record_is_kept_aside_once_the_arm_moves(bench):
     assert bench.recorder.load().in_motion
     assert bench.recorder.aside.read_text() == refused
     arm.close()
+    assert not bench.recorder.load().in_motion
+    assert bench.recorder.aside.read_text() == refused
 
 
 SIMILAR = ("lab3", "lab 3", "lab_3", "lab/3", "lab3 ", "Lab:3", "lab-3", ".lab3")
@@ -484,8 +483,7 @@ class TestTheFile:
             recorder.path.write_text(text)
             with pytest.raises(StateFileError):
                 recorder.load()
-            recorder.refuse()
-            recorder.save(RECORD)
+            recorder.save(RECORD, aside=True)
             recorder.save(RECORD)
             assert recorder.aside.read_text() == text
         assert names(recorder.path.parent) == ["lab.json", "lab.json.bad"]

@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import Arm, Jog, LinePart, LinkLost, OutOfBounds, Pose, Space
+from armdrive import Arm, Jog, LinePart, LinkLost, OutOfBounds, Pose, Space, State
 from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import StateFileError
+from armdrive.errors import NoAnswer, StateFileError
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.sim.wire import MemoryLink
@@ -67,9 +67,21 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     entries = saved(arm, tmp_path).entries
     calls = of_kind(entries, EntryKind.CALL)
     assert "move_j shoulder 200 deg" in calls
-    assert "start gripper move: opening 30 mm, speed 1" in calls
+    assert "gripper.open 30" in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
+
+
+def test_each_failed_attempt_is_noted_even_if_no_call_came_in_between(arm, tmp_path):
+    """Of two errors, the second may get the place in memory of the first, which is gone."""
+    attempts = [f"attempt {number}" for number in range(3)]
+    for words in attempts:
+        arm.parts.tracer.ended(NoAnswer(words))
+    lost = LinkLost("the wire")
+    for _ in range(2):
+        arm.parts.tracer.ended(lost)
+    raised = of_kind(saved(arm, tmp_path).entries, EntryKind.RAISED)
+    assert raised == [*(f"NoAnswer: {words}" for words in attempts), "LinkLost: the wire"]
 
 
 def test_requests_and_their_answers_are_noted(arm, tmp_path):
@@ -160,6 +172,23 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     with pytest.raises(StateFileError, match="cannot be written"):
         arm.recorder.save()
     arm.close()
+
+
+def test_a_system_without_free_threads_does_not_disturb_the_arm(tmp_path, monkeypatch):
+    """So it is while Python ends, too."""
+    arm = recorded_arm(folder=tmp_path / "failed")
+
+    def started(_thread):
+        raise RuntimeError("can't start new thread")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(threading.Thread, "start", started)
+        arm.estop()
+        arm.sleep(1.0)
+        assert arm.status.state is State.ERROR_STOP
+        assert "can't start new thread" in arm.parts.tracer.files.trouble
+        arm.close()
+    assert written(tmp_path / "failed") == []
 
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ from amounts import every_row
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.motion.jog.bounds import JogEnded, furthest
-from armdrive.motion.jog.course import JogCourse, JogProposal, Terms, Wish
+from armdrive.motion.jog.course import JogCourse, JogProposal, Wish
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.runtime.position import ArmCoordinates
@@ -18,10 +18,10 @@ from kinematics import Joints, Pose
 from kinematics.frames.user_frame import UserFrame
 
 LEG_S = 0.05
-RAMP_S = 0.2
 OVER_THE_TABLE = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 CONFIG = simulated_config("grbl")
 ARM = CONFIG.model.arm
+RAMP_S = CONFIG.motion.jog_ramp_s
 
 
 class Driven:
@@ -41,9 +41,8 @@ class Driven:
         self.speeds = SpeedLimits(
             model.joint_speeds_rad_s, model.gripper_speed_mm_s, hz, model.transmission
         )
-        terms = Terms(RAMP_S, queued, run_on_s)
         self.bounded = bounded
-        self.course = JogCourse(config, self.speeds, terms)
+        self.course = JogCourse(config, self.speeds, queued=queued, run_on_s=run_on_s)
         self.here = ArmCoordinates(joints, 30.0)
         self.now_s = 0.0
         self.ended = None

@@ -86,6 +86,16 @@ def test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst():
     assert abs(arm.twin.world.motors[0]) <= angle * 7072 / 360 + 1
 
 
+@pytest.mark.parametrize("known", [True, False])
+def test_an_increment_may_take_as_long_as_it_needs(known):
+    """At a two-hundredth of the speed, the base turns by a degree in ten seconds."""
+    arm = ready_arm() if known else sim_arm(at=None)
+    began_s, before_deg = arm.status.time_s, arm.twin.world.joints.deg["base"]
+    arm.jog_j(base_deg=70.0, speed=0.005)
+    assert arm.status.time_s - began_s > 620.0
+    assert arm.twin.world.joints.deg["base"] - before_deg == pytest.approx(70.0, abs=0.1)
+
+
 def test_at_most_one_increment_waits_behind_the_one_under_way():
     arm = ready_arm()
     arm.jogging.nudge(Jog.joint(base=2.0), speed=1.0)
