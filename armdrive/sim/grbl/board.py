@@ -739,9 +739,5 @@ class GrblBoard(Board):
         self.state = State(saved.state)
         if self.state is State.ALARM:
             self.unhome()
-        if self.build.resets_on_open:
-            self.current.cut(self.now_s)
-            self.start(0.0)
-        else:
-            self.outgoing.clear()
-            self.limits.forget(self)
+        self.outgoing.clear()
+        self.limits.forget(self)

@@ -41,8 +41,7 @@ class BoardBuild:
     """One board on one arm.
 
     `order` gives the axis of each motor by its place in `axes`; `fingers` is the output that moves
-    the fingers, over `opening_mm` at `finger_mm_s`. `resets_on_open`: a saved board has just been
-    reset.
+    the fingers, over `opening_mm` at `finger_mm_s`.
     """
 
     firmware: Firmware
@@ -51,7 +50,6 @@ class BoardBuild:
     fingers: OutputWiring
     opening_mm: tuple[float, float]
     finger_mm_s: float
-    resets_on_open: bool
 
 
 # --- The receive ring: when it is full, bytes are lost without a word ----------------------------

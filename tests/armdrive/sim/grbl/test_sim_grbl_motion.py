@@ -669,15 +669,6 @@ def test_a_saved_board_knows_its_settings_its_place_and_its_lock():
     assert again.board.drive.counts[0] - bench.board.drive.counts[0] == 10
 
 
-def test_a_saved_board_that_resets_on_open_has_forgotten_its_place():
-    bench = Bench()
-    bench.say("G1X5F3000", 1.0)
-    again = Bench({}, saved={"dialect": "grbl", **bench.device.to_json()}, resets_on_open=True)
-    assert len(again.banners) == 1
-    assert again.ask().machine_position == (0.0,) * 6
-    assert again.device.world.motors[1] != bench.device.world.motors[1]
-
-
 # -- Hardware --------------------------------------------------------------------------------------
 
 
