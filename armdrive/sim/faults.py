@@ -658,7 +658,7 @@ class Faults:
         self._bench = FaultBench(device, line, cable)
         self._active: list[_Active] = []
         self.troubles: list[str] = []
-        """Faults that could not begin when their time came; reading the list clears it."""
+        """Why faults could not begin or end when their time came. A reader removes the reasons."""
 
     @property
     def active(self) -> tuple[str, ...]:

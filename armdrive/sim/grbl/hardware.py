@@ -85,7 +85,7 @@ class ReceiveRing:
         self._bytes += kept
 
     def take_line(self) -> bytes:
-        """Read up to the end of a line and return the line; None if its end has not arrived."""
+        """Read up to the end of a line and return the line; nothing if its end has not arrived."""
         end = _LINE_END.search(self._bytes)
         count = len(self._bytes) if end is None else end.end()
         self._begun += self._bytes[:count]

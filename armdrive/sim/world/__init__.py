@@ -79,9 +79,7 @@ class World:
         self._most_squeeze_mm = self.body.squeeze_mm(MOST_FORCE_N)
         self._blocked: set[str] = set()
         self._observe()
-        self.scene = GripScene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
-        for block in blocks:
-            self.put(block)
+        self.scene = GripScene(blocks, None, self.tip, self._pull_mm, stand)
 
     @property
     def motors(self) -> Motors:

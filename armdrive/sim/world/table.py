@@ -11,7 +11,6 @@ import threading
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
-from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.text.numbers import number
@@ -236,34 +235,22 @@ class Stand:
     y_mm: float = 0.0
     turned_rad: float = 0.0
 
-    @property
-    def plain(self) -> bool:
-        """Whether the arm's own coordinates are the table's."""
-        return (self.x_mm, self.y_mm, self.turned_rad) == (0.0, 0.0, 0.0)
-
     def on_table(self, point: Point) -> Point:
         """Convert a point from the arm's base frame to the table's."""
-        if self.plain:
-            return point
         cos, sin = math.cos(self.turned_rad), math.sin(self.turned_rad)
         x, y, z = point
         return self.x_mm + cos * x - sin * y, self.y_mm + sin * x + cos * y, z
 
     def from_base(self, point: Point) -> Point:
         """Convert a point from the table's frame to the arm's base frame."""
-        if self.plain:
-            return point
         cos, sin = math.cos(self.turned_rad), math.sin(self.turned_rad)
         x, y, z = point[0] - self.x_mm, point[1] - self.y_mm, point[2]
         return cos * x + sin * y, cos * y - sin * x, z
 
     def seen(self) -> Mapping[str, TableBlock]:
         """Return the blocks in the arm's base frame."""
-        blocks = self.table.blocks
-        if self.plain:
-            return MappingProxyType(blocks)
-        placed = {name: block.at(self.from_base(block.place)) for name, block in blocks.items()}
-        return MappingProxyType(placed)
+        placed = self.table.blocks.items()
+        return {name: block.at(self.from_base(block.place)) for name, block in placed}
 
 
 # --- Incidents: what goes wrong around an arm, unknown to any controller --------------------------

@@ -655,6 +655,7 @@ def test_a_saved_board_knows_its_settings_its_place_and_its_lock():
     bench.say("$110=4000")
     bench.say("G1X100F1500", 0.5)
     bench.say(RESET, 2.0)
+    bench.device.set_input(1, True)
     saved = bench.device.to_json()
     again = Bench({}, saved={"dialect": "grbl", **saved})
     assert again.device.registers == bench.device.registers
@@ -664,6 +665,7 @@ def test_a_saved_board_knows_its_settings_its_place_and_its_lock():
     assert again.board.settings[110] == 4000.0
     assert again.board.parser.stored["G54"][0] == 2.0
     assert again.banners == []
+    assert again.ask().pins == "D"
     again.say("$X")
     again.say("G91G1X1F600", 2.0)
     assert again.board.drive.counts[0] - bench.board.drive.counts[0] == 10
