@@ -348,6 +348,8 @@ class SimDevice:
         board.count_from(saved.registers)
         board.inputs_set, board.powered = saved.inputs, saved.powered
         board.recall_known(known)
+        # Boards are built as just after power-on, and some have their motors on then.
+        self.world.energised &= saved.powered
 
     # Time.
 

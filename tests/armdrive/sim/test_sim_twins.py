@@ -106,6 +106,8 @@ def test_without_power_every_arm_sags_says_nothing_and_forgets_where_it_was(dial
     assert twin.world.pose.z_mm < height_mm - 5
     assert not device.transmit(now_s + 1.0)
     assert not device.powered
+    saved = json.loads(json.dumps(twin.save()))
+    assert simulate(simulated_config(dialect), saved).save() == saved
     device.power_on()
     device.transmit(now_s + 5.0)
     assert not device.registers.largest
