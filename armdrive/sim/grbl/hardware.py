@@ -248,7 +248,6 @@ class BoardDrive(MotorDrive[PathRack]):
     def __init__(self, world: World, build: BoardBuild, limits: PathLimits) -> None:
         axes = len(build.axes)
         super().__init__(world, PathRack((0,) * axes, limits, build.firmware.stepping))
-        self._followed_s = math.nan
         self._axes = axes
         self._order = tuple(build.order)
         self._blocks = build.firmware.blocks
@@ -274,12 +273,6 @@ class BoardDrive(MotorDrive[PathRack]):
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors from the controls: counted, with the current on, and at once."""
         super().turn(self._of_axes(steps), now_s)
-
-    def follow(self, now_s: float) -> None:
-        """Move the arm to where its motors are by now, once for each moment."""
-        if now_s != self._followed_s:
-            super().follow(now_s)
-            self._followed_s = now_s
 
     def steps_of(self, target: Sequence[float]) -> Motors:
         """Convert a target from units to steps, rounded once because it is absolute."""

@@ -256,7 +256,6 @@ class PathRack:
         self._lines: deque[PlannedLine] = deque()
         self._stretches: list[PlannerStretch] = []
         self._next_line_s = math.inf
-        self._computed = math.nan, math.nan
         self._began_s = -math.inf
         self._along = 0.0
         self._held = False
@@ -341,13 +340,9 @@ class PathRack:
 
         With a number of `segments`, return when the last of as many computed ones ends.
         """
-        if segments is None and self._computed[0] == now_s:
-            return self._computed[1]
         until_s, index, count = now_s, self._index(now_s), self._count(now_s)
         for _ in range(count if segments is None else min(count, segments)):
             until_s, index = self._segment_end(until_s, index)
-        if segments is None:
-            self._computed = now_s, until_s
         return until_s
 
     def _count(self, now_s: float) -> int:
@@ -474,6 +469,5 @@ class PathRack:
         if stretches and not self._stretches:
             self._began_s = stretches[0].piece.start_s
         self._stretches = stretches
-        self._computed = math.nan, math.nan
         ends = (each.piece.end_s for each in stretches if each.last)
         self._next_line_s = min(next(ends, math.inf), self.done_s)
