@@ -1,7 +1,10 @@
 """The faults of simulated arms: their requests, what each does, their table, and those at work.
 
-Each fault is a generator (`Fault`): what precedes its first `yield` checks the words of a request,
-and what follows the second one ends the fault.
+A `FaultRequest` comes from the command line, from the console or from `Faults.add`. `Faults.ask`
+finds its row in `FAULTS` and runs the row's generator (`Fault`) up to its first `yield`: so wrong
+words are refused at once, also of a fault that begins later. The device's agenda resumes the
+generator at its time, and once more to end the fault. Faults of the wire put rules into the
+directions of the line (wire.py); the others change the board, the world or the cable.
 """
 
 from __future__ import annotations
@@ -508,9 +511,8 @@ def _code(word: str) -> int:
 
 
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
-# Each row checks its arguments when the fault is requested, and returns the function that begins
-# it. A muted drive still receives and obeys. A changed id or mode counts as set with the drive's
-# own keys; the id may be that of another drive.
+# A muted drive still receives and obeys. A changed id or mode counts as set with the drive's own
+# keys; the id may be that of another drive.
 
 AMOUNT = "P|#N|next"
 """How much: each byte with a probability, the n-th byte from now, or all of the next message.
@@ -674,7 +676,7 @@ class Faults:
         after_s: float = 0.0,
         for_s: float | None = None,
     ) -> None:
-        """Add a fault, as in `add("drop", 0.01, side="host")`; see `table.FAULTS`.
+        """Add a fault, as in `add("drop", 0.01, side="host")`; see `FAULTS`.
 
         `after_s` counts from the device's current time. Raises `BadRequest`.
         """

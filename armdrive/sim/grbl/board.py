@@ -67,7 +67,10 @@ Boot: TypeAlias = Generator[float, None, None]
 
 @dataclass(frozen=True, slots=True)
 class FirmwareRoutines:
-    """What the firmware does, as functions of its board: `orders` has them."""
+    """What the firmware does, as functions of its board.
+
+    `orders` has them. A board gets them when it is made, because `orders` imports this file.
+    """
 
     line: Callable[[GrblBoard, LineReceived], Script]
     order: Callable[[GrblBoard, Realtime], None]

@@ -253,13 +253,19 @@ class PathRack:
         self.limits = limits
         self._stepping = stepping or Stepping()
         self._base = Motors(counts)
+        """Where the first of the lines begins."""
         self._lines: deque[PlannedLine] = deque()
         self._stretches: list[PlannerStretch] = []
+        """The motion from now to the end of the last line; none of a rack that stands, even if
+        lines are left after a hold."""
         self._next_line_s = math.inf
         self._began_s = -math.inf
+        """When the motors started: since then, segments have been computed."""
         self._along = 0.0
+        """How far along the first line the motors stood at the last `settle`."""
         self._held = False
         self._scale = (1.0, 1.0)
+        """The overrides of feeds and of rapids."""
 
     @property
     def moving(self) -> bool:

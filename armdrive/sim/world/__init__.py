@@ -78,6 +78,7 @@ class World:
         self._has_gripper = self.body.transmission.has_gripper
         self._most_squeeze_mm = self.body.squeeze_mm(MOST_FORCE_N)
         self._blocked: set[str] = set()
+        """The joints at their stops, `gripper` and `table`: a contact is reported once."""
         self._observe()
         self.scene = GripScene(blocks, None, self.tip, self._pull_mm, stand)
 
@@ -205,6 +206,8 @@ class World:
         return int(math.copysign(abs(count) - lost, count))
 
     def _shift(self, steps: Motors, time_s: float) -> None:
+        # Stops come first: a tip that is held back touches no block beyond. The fingers come after
+        # the scene, which knows whether they have just closed on a block.
         before = self.tip
         self._motors = self._motors + steps
         self._observe()

@@ -302,10 +302,16 @@ class GripScene:
         self._stand = stand or Stand()
         self._table = self._stand.table
         self._held: str | None = None
-        self._offset: Point = (0.0, 0.0, 0.0)
+        """The block that the fingers press on."""
         self._carried: tuple[str, ...] = ()
+        """What moves with the tip: the held block and the blocks on it, but nothing while another
+        arm that gripped the block first carries it."""
+        self._offset: Point = (0.0, 0.0, 0.0)
+        """From the tip to the carried block."""
         self._around: set[str] = set()
+        """The blocks between the open fingers: closing grips one of them."""
         self._touching: set[str] = set()
+        """The blocks whose contact has been reported: a contact is one incident, however long."""
         self._tip = self._stand.on_table(tip)
         self._opening_mm = opening_mm
         with self._table.lock:
