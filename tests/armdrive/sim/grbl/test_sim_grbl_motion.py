@@ -363,11 +363,11 @@ def test_a_jog_leaves_the_modes_alone_and_locks_other_lines():
 # -- Homing ----------------------------------------------------------------------------------------
 
 
-def home(bench, line="$H", longest_s=30.0):
+def home(bench, line="$H", longest_s=30.0, look_s=0.01):
     """Home, and return how long that takes, in s."""
     began_s = bench.now_s
     bench.put(f"{line}\n")
-    while "ok" not in bench.wait(0.01):
+    while "ok" not in bench.wait(look_s):
         assert bench.now_s < began_s + longest_s
     return bench.now_s - began_s
 
@@ -566,7 +566,7 @@ def test_homing_ends_in_the_posture_of_the_arm_file(angles_deg):
     config = replace(config, homing=HomingSettings(there, 10.0))
     bench = Bench({}, config=config)
     for letter in "XYZABC":
-        home(bench, f"$H{letter}", 400.0)
+        home(bench, f"$H{letter}", longest_s=400.0, look_s=0.1)
     assert bench.ask().state is State.IDLE
     for found, wanted in zip(bench.device.world.joints, there, strict=True):
         assert found == pytest.approx(wanted, abs=0.01)
