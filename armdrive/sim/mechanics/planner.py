@@ -1,5 +1,10 @@
 """Queued straight lines in motor space: lines, speeds, and the steppers that follow them.
 
+`PathRack.queue` makes a `PlannedLine`, and plans the rest of the path again: `_entries` goes back
+from the stop at the end and limits the speed at each corner; `planned` goes forwards and lays a
+trapezoid along each line. That gives a list of `PlannerStretch`, of which `positions` reads the
+counts at any time. A hold, a resume and an override plan again in the same way.
+
 Units: motor steps; the controller's own units (mm or degrees); seconds.
 """
 

@@ -1,4 +1,10 @@
-"""Shafts in a closed loop: the set-point of each, and the arm that follows them."""
+"""Shafts in a closed loop: the set-point of each, and the arm that follows them.
+
+A drive gives its orders to its `ShaftPoint`, which knows the set-point at any time.
+`ShaftDrive.look` turns the arm's motors towards all set-points, as far as position loops could
+since the last look. The world may hold a motor back, by a mechanical stop or a fault; `errors` is
+what its drive sees of that.
+"""
 
 from __future__ import annotations
 
