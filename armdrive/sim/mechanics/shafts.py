@@ -81,10 +81,11 @@ class ShaftPoint:
         `braking` is the deceleration, if it differs from the acceleration.
         """
         position, speed = self._state(now_s)
+        brakes = slope if braking is None else braking
         if math.isinf(slope):
             self._begin(dead(position, goal, rate, now_s), now_s)
         else:
-            self._begin(to_goal(position, speed, goal, rate, slope, now_s, braking), now_s)
+            self._begin(to_goal(position, speed, goal, rate, slope, now_s, brakes), now_s)
 
     def go_at(self, rate: float, slope: float, now_s: float) -> None:
         """Run until the next command; a rate of 0 ends the motion."""

@@ -293,10 +293,10 @@ class GripScene:
 
     def __init__(
         self,
-        blocks: Iterable[TableBlock] = (),
-        held: str | None = None,
-        tip: Point = (0.0, 0.0, 0.0),
-        opening_mm: float = 0.0,
+        blocks: Iterable[TableBlock],
+        held: str | None,
+        tip: Point,
+        opening_mm: float,
         stand: Stand | None = None,
     ) -> None:
         self._stand = stand or Stand()
