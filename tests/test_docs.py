@@ -219,7 +219,7 @@ def test_every_key_of_an_arm_file_has_a_meaning_and_is_on_the_page():
 @pytest.mark.parametrize("row", DIALECTS.values(), ids=DIALECTS)
 def test_a_whole_file_says_what_the_keys_of_its_dialect_mean(row):
     connection = armsections.Connection(row.name)
-    config = preset_arm(row.preset, name="bench", connection=connection)
+    config = preset_arm("bench", connection)
     _, _, section = complete(config, config.source.table).partition(f"\n[{row.name}]")
     written = section.partition("\n\n")[0]
     for key in dataclasses.fields(row.settings()):

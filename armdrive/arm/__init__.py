@@ -108,7 +108,7 @@ class Arm:
             self._recorder = Recorder(parts)
             if parts.lock is not None:  # what moves must be within reach of `armdrive stop`
                 self._connection.guard()
-                serve(parts.lock, self)
+                serve(parts.lock, parts.connection)
         except BaseException:  # the caller gets no arm that could be closed
             run_blocking(self._connection.close())
             raise

@@ -60,7 +60,7 @@ def connect_chosen(
         return Arm(real)
     arm = Arm(replace(real, lock=None))
     with contextlib.suppress(StateFileError):
-        serve(real.lock, arm)
+        serve(real.lock, real.connection)
     return arm
 
 

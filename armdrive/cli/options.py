@@ -280,7 +280,7 @@ def _add_choice(parser: argparse.ArgumentParser, otherwise: str) -> argparse._Ar
     group.add_argument(
         "--sim", metavar="DIALECT", choices=list(DIALECTS), help=f"a simulated arm: {dialects}"
     )
-    group.add_argument("--port", metavar="PORT", type=name, help="a serial port or a pyserial URL")
+    group.add_argument("--port", metavar="PORT", type=name, help="a serial port or an address")
     group.add_argument(
         "--dialect",
         metavar="DIALECT",

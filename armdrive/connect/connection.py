@@ -110,7 +110,11 @@ class ArmConnection:
             self.release()
 
     def release(self) -> None:
-        """Stop the engine, close the link, finish pending writes, and call the closers."""
+        """Stop the engine, close the link, finish pending writes, and call the closers.
+
+        In this order: the engine's thread must not use a closed link, and the lock of the arm, one
+        of the closers, keeps other programs off until the port is free and the record is written.
+        """
         self.pace.close()
         self.engine.link.close()
         self.core.memory.finish(CLOSING_S)

@@ -14,25 +14,15 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from types import MappingProxyType
-from typing import Protocol, TypeGuard
+from typing import TypeGuard
 
 from armdrive.connect.connection import ArmConnection
-from armdrive.connect.parts import Parts
 from armdrive.errors import ArmError, BadRequest
 from armdrive.status import status_view
 from armdrive.storage.arm_lock import Answering, ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import TRAFFIC, TraceEntry
 from kinematics.errors import KinematicsError
-
-
-class ServedArm(Protocol):
-    """An arm that other programs may see and stop."""
-
-    @property
-    def parts(self) -> Parts:
-        """The parts of its connection."""
-
 
 Answers = Callable[[ArmConnection, Json], Iterator[Json]]
 """Carries out a request; yields one answer, or a stream of them until either side ends."""
@@ -44,13 +34,13 @@ PASSING = ("trust_for_s", "percent", "left_s")
 PERCENT_RANGE = (1, 100)
 
 
-def serve(lock: ArmLock, arm: ServedArm) -> None:
+def serve(lock: ArmLock, arm: ArmConnection) -> None:
     """Answer other programs about an arm, over the socket of its lock.
 
     Raises `StateFileError` if no program could find the socket.
     """
-    arm.parts.core.speed_override.others = True  # `armdrive resume` reaches it from now on
-    lock.serve(partial(answered, arm.parts.connection))
+    arm.core.speed_override.others = True  # `armdrive resume` reaches it from now on
+    lock.serve(partial(answered, arm))
 
 
 def serve_stop(lock: ArmLock, doing: str) -> None:

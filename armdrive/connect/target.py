@@ -64,7 +64,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
         )
     row = dialect(dialect_name)
     connection = Connection(row.name, name, baud or row.baud, row.raise_dtr)
-    return _real_unless_forced(preset_arm(row.preset, name=name, connection=connection))
+    return _real_unless_forced(preset_arm(name, connection))
 
 
 def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | None) -> Target:
@@ -116,7 +116,7 @@ def simulated_config(name: str) -> ArmConfig:
         raise BadRequest(f"{SIM} names no arm: write {SIM}DIALECT, one of {', '.join(DIALECTS)}")
     row = dialect(name)
     connection = Connection(dialect=row.name, port="", baud=row.baud)
-    config = preset_arm(row.preset, name=f"{SIM}{row.name}", connection=connection)
+    config = preset_arm(f"{SIM}{row.name}", connection)
     return replace(config, motion=replace(config.motion, planned_burst_s=SIM_PLANNED_BURST_S))
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
     from armdrive.dialects import PendantTools
     from armdrive.dialects.teachmover.pendant import PendantProgram
-    from armdrive.sim.device import SimDevice, Value
+    from armdrive.sim.device import Value
     from armdrive.sim.simulated_arm import SimDeviceKind, SimulatedArm
     from armdrive.sim.world.table import Stand, TableBlock
     from firmware_protocol.frames import Frame
@@ -112,17 +112,4 @@ def simulate(
 ) -> SimulatedArm:
     """Build the simulated counterpart of an arm, as `SimDeviceKind.simulate` says."""
     kind = simulated_kind(config.connection.dialect)
-    device = kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
-    return kind.twin(config, device)
-
-
-def simulate_device(
-    config: ArmConfig,
-    saved: object = None,
-    *,
-    play: int | Sequence[int] | None = None,
-    settings: Mapping[str, Value] | None = None,
-) -> SimDevice:
-    """Build the simulated device of an arm alone, for a process of its own."""
-    kind = simulated_kind(config.connection.dialect)
-    return kind.simulate(config, saved, play=play, settings=settings)
+    return kind.simulate(config, saved, blocks=blocks, play=play, stand=stand, settings=options)

@@ -116,8 +116,9 @@ def port_problem(connection: Connection) -> str:
     return ""
 
 
-def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
-    """Return the arm of a preset, on the given wire."""
+def preset_arm(name: str, connection: Connection) -> ArmConfig:
+    """Return the usual arm of a connection's dialect."""
+    key = dialect(connection.dialect).preset
     table = {"dialect": connection.dialect, "baud": connection.baud}
     config = parse_arm({"model": key, "connection": table}, name=name)
     return replace(config, connection=connection, source=ConfigSource({"model": key}))

@@ -475,7 +475,7 @@ ROWS = (
     ),
     ArmRow(
         "connection.port", "Which port leads to it? (none: only simulated for now)",
-        "A serial port, or any pyserial URL such as socket://HOST:PORT. This interview opens no "
+        "A serial port, or an address such as socket://HOST:PORT. This interview opens no "
         "port. To see which one is the arm's, unplug it and run `armdrive ports` again.",
         _port, "none",
         choices=lambda draft: _names(_ports(draft)), when=_on_line,

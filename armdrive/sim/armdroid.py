@@ -66,7 +66,7 @@ As observed, the motion makes no step, and nothing is answered until a reset.
 
 
 ROOM_BYTES = 63
-"""The size of the receive buffer."""
+"""What the receive buffer of an Uno holds: a ring of 64 bytes, of which one stays empty."""
 BOOT_S = 1.6
 """The duration of a reset."""
 LEONARDO, UNO = "leonardo", "uno"

@@ -3,7 +3,8 @@
 A `WireDevice` (wire.py) consumes and produces bytes on a clock that its caller sets. A `SimDevice`
 adds the physical arm and the person at the arm. It holds a `Board`, the dialect's controller: to
 add a dialect, write a subclass of `Board`. Only some boards have a pendant, limit switches and so
-on. Each such ability is a protocol, and callers get a board that has it from `able`.
+on. Each such ability is a protocol; the rows of the tables of faults and of console commands name
+the one that they need.
 """
 
 from __future__ import annotations
@@ -67,13 +68,6 @@ class SaysEmergencies(Protocol):
 
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an error code and carry on."""
-
-
-def able(board: Board, ability: Any, what: str) -> Any:
-    """Return a board that has an ability. Raises `BadRequest` if it has no such thing (`what`)."""
-    if not isinstance(board, ability):
-        raise BadRequest(f"the simulated {board.title} has no {what}")
-    return board
 
 
 # --- The board: what a dialect writes -----------------------------------------------------------
@@ -354,6 +348,8 @@ class SimDevice:
         board.count_from(saved.registers)
         board.inputs_set, board.powered = saved.inputs, saved.powered
         board.recall_known(known)
+        # Boards are built as just after power-on, and some have their motors on then.
+        self.world.energised &= saved.powered
 
     # Time.
 

@@ -1,7 +1,10 @@
 """The faults of simulated arms: their requests, what each does, their table, and those at work.
 
-Each fault is a generator (`Fault`): what precedes its first `yield` checks the words of a request,
-and what follows the second one ends the fault.
+A `FaultRequest` comes from the command line, from the console or from `Faults.add`. `Faults.ask`
+finds its row in `FAULTS` and runs the row's generator (`Fault`) up to its first `yield`: so wrong
+words are refused at once, also of a fault that begins later. The device's agenda resumes the
+generator at its time, and once more to end the fault. Faults of the wire put rules into the
+directions of the line (wire.py); the others change the board, the world or the cable.
 """
 
 from __future__ import annotations
@@ -12,7 +15,7 @@ import re
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import BASIC, checked_calls, known_attributes, made_of
@@ -20,11 +23,11 @@ from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import (
     Board,
+    HasPendant,
     HasSwitches,
     Resettable,
     SaysEmergencies,
     SimDevice,
-    able,
 )
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.wire import (
@@ -155,6 +158,20 @@ class FaultBench:
     line: DeviceLine
     cable: Cable
 
+    @property
+    def board(self) -> Any:
+        """The board; it has the ability that the fault's row of the table needs."""
+        return self.device.board
+
+    @property
+    def bus(self) -> BusLine:
+        """The line, if the board is a `DrivesBoard`."""
+        return cast(BusLine, self.line)
+
+    def motor(self, request: FaultRequest) -> int:
+        """Return the index of the motor that the first word of a request names."""
+        return motor_of(self.device.world, request.words[0])
+
 
 Fault: TypeAlias = Generator[Callable[[], bool] | None, None, None]
 """A fault: it checks its words and yields, begins when it is resumed, and yields again if it lasts.
@@ -176,7 +193,7 @@ class FaultKind:
     arguments: str
     summary: str
     run: Callable[[FaultBench, FaultRequest], Fault]
-    needs: type | None = None
+    needs: type = object
     lasts_s: float | None = None
     replaces: bool = False
 
@@ -187,7 +204,7 @@ class FaultKind:
 
     def befalls(self, board: type[Board]) -> bool:
         """Return whether a device with this kind of board can have the fault."""
-        return self.needs is None or issubclass(board, self.needs)
+        return issubclass(board, self.needs)
 
 
 def check_count(usage: str, words: Sequence[str]) -> None:
@@ -202,6 +219,23 @@ def check_count(usage: str, words: Sequence[str]) -> None:
         least, most = min(least, 1), math.inf
     if not least <= len(words) <= most:
         raise BadRequest(f"write it like this: {usage}")
+
+
+_ABILITIES: Mapping[type, str] = MappingProxyType(
+    {
+        HasPendant: "pendant",
+        Resettable: "reset apart from its power",
+        HasSwitches: "limit switches",
+        DrivesBoard: "drives on a bus",
+        SaysEmergencies: "error codes of its own",
+    }
+)
+
+
+def require_ability(board: Board, ability: type) -> None:
+    """Raise `BadRequest` if a board lacks what a fault or a console command needs."""
+    if not isinstance(board, ability):
+        raise BadRequest(f"the simulated {board.title} has no {_ABILITIES[ability]}")
 
 
 # --- The controller and the arm: power, resets, steps, switches ----------------------------------
@@ -220,14 +254,14 @@ def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
 
 def reset(bench: FaultBench, _: FaultRequest) -> Fault:
     """Reset the board with its power on."""
-    board: Resettable = able(bench.device.board, Resettable, "reset apart from its power")
+    board: Resettable = bench.board
     yield None
     board.reset()
 
 
 def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a motor lose steps."""
-    motor, count = motor_of(bench.device.world, request.words[0]), whole(request.words[1])
+    motor, count = bench.motor(request), whole(request.words[1])
     if count < 1:
         raise BadRequest(f"1 step or more can be lost, not {count}")
     yield None
@@ -239,7 +273,7 @@ def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
 
 def stall(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a motor stop following."""
-    motor, stalled = motor_of(bench.device.world, request.words[0]), bench.device.world.stalled
+    motor, stalled = bench.motor(request), bench.device.world.stalled
     yield None
     stalled.add(motor)
     yield lambda: motor in stalled
@@ -248,8 +282,8 @@ def stall(bench: FaultBench, request: FaultRequest) -> Fault:
 
 def switch(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a limit switch stick, or free it."""
-    board: HasSwitches = able(bench.device.board, HasSwitches, "limit switches")
-    axis, state = motor_of(bench.device.world, request.words[0]), request.words[1].lower()
+    board: HasSwitches = bench.board
+    axis, state = bench.motor(request), request.words[1].lower()
     states = {each.value: each for each in SwitchState}
     if state not in states:
         raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
@@ -382,7 +416,8 @@ def replug(bench: FaultBench, request: FaultRequest) -> Fault:
 
 
 # --- A CAN bus and its drives: frames overtaken, drives mute or reset -----------------------------
-# These faults need a board that is `DrivesBoard`; some need one that `SaysEmergencies`.
+# These faults need a board that is `DrivesBoard`, whose wire is a bus; some need one that
+# `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
 FIRST_ERROR = 0x100
@@ -391,7 +426,7 @@ FIRST_ERROR = 0x100
 
 def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
     """Make the host's adapter go bus-off."""
-    line = _bus(bench)
+    line = bench.bus
     yield None
     line.leave_bus()
     yield lambda: line.adapter.bus_off
@@ -400,7 +435,7 @@ def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
 
 def alone(bench: FaultBench, _: FaultRequest) -> Fault:
     """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
-    adapter, silence = _bus(bench).adapter, _silence(bench, "both")
+    adapter, silence = bench.bus.adapter, _silence(bench, "both")
     yield next(silence)
     adapter.alone = True
     next(silence)
@@ -413,11 +448,11 @@ def _on_drive(switch: Callable[[DrivesBoard[Any], int, bool], object]) -> RunFau
     """Return the fault that affects a drive, and undoes the effect at the end."""
 
     def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        board, at = _drives(bench), motor_of(bench.device.world, request.words[0])
+        at = bench.motor(request)
         yield None
-        switch(board, at, True)
+        switch(bench.board, at, True)
         yield None
-        switch(board, at, False)
+        switch(bench.board, at, False)
 
     return run
 
@@ -434,27 +469,27 @@ def _changing(change: Callable[[DrivesBoard[Any], int, int], int]) -> RunFault:
     """Return the fault that changes a number of a drive, and restores it at the end."""
 
     def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        board, at = _drives(bench), motor_of(bench.device.world, request.words[0])
-        value = whole(request.words[1])
+        at, value = bench.motor(request), whole(request.words[1])
         yield None
-        before = change(board, at, value)
+        before = change(bench.board, at, value)
         yield None
-        change(board, at, before)
+        change(bench.board, at, before)
 
     return run
 
 
 def reset_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Restart a drive's firmware."""
-    board, at = _drives(bench), motor_of(bench.device.world, request.words[0])
+    board: DrivesBoard[Any] = bench.board
+    at = bench.motor(request)
     yield None
     board.reset_drive(at)
 
 
 def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Give a drive a fault of its own for a while; afterwards it must be reset."""
-    drives, at = _emergencies(bench), motor_of(bench.device.world, request.words[0])
-    code = _code(request.words[1])
+    drives: SaysEmergencies = bench.board
+    at, code = bench.motor(request), _code(request.words[1])
     yield None
     drives.put_in_fault(at, code)
     yield None
@@ -463,15 +498,10 @@ def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
 
 def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
     """Make a drive send an EMCY message and carry on."""
-    drives, at = _emergencies(bench), motor_of(bench.device.world, request.words[0])
-    code = _code(request.words[1])
+    drives: SaysEmergencies = bench.board
+    at, code = bench.motor(request), _code(request.words[1])
     yield None
     drives.warn(at, code)
-
-
-def _emergencies(bench: FaultBench) -> SaysEmergencies:
-    board: SaysEmergencies = able(bench.device.board, SaysEmergencies, "error codes of its own")
-    return board
 
 
 def _code(word: str) -> int:
@@ -480,22 +510,9 @@ def _code(word: str) -> int:
     return int(word, 16)
 
 
-def _bus(bench: FaultBench) -> BusLine:
-    _drives(bench)
-    if not isinstance(bench.line, BusLine):
-        raise BadRequest("the simulated arm has no CAN bus on this wire")
-    return bench.line
-
-
-def _drives(bench: FaultBench) -> DrivesBoard[Any]:
-    board: DrivesBoard[Any] = able(bench.device.board, DrivesBoard, "drives on a bus")
-    return board
-
-
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
-# Each row checks its arguments when the fault is requested, and returns the function that begins
-# it. A muted drive still receives and obeys. A changed id or mode counts as set with the drive's
-# own keys; the id may be that of another drive.
+# A muted drive still receives and obeys. A changed id or mode counts as set with the drive's own
+# keys; the id may be that of another drive.
 
 AMOUNT = "P|#N|next"
 """How much: each byte with a probability, the n-th byte from now, or all of the next message.
@@ -643,7 +660,7 @@ class Faults:
         self._bench = FaultBench(device, line, cable)
         self._active: list[_Active] = []
         self.troubles: list[str] = []
-        """Faults that could not begin when their time came; reading the list clears it."""
+        """Why faults could not begin or end when their time came. A reader removes the reasons."""
 
     @property
     def active(self) -> tuple[str, ...]:
@@ -659,7 +676,7 @@ class Faults:
         after_s: float = 0.0,
         for_s: float | None = None,
     ) -> None:
-        """Add a fault, as in `add("drop", 0.01, side="host")`; see `table.FAULTS`.
+        """Add a fault, as in `add("drop", 0.01, side="host")`; see `FAULTS`.
 
         `after_s` counts from the device's current time. Raises `BadRequest`.
         """
@@ -699,6 +716,7 @@ class Faults:
             names = [each.name for each in faults_of(type(self._bench.device.board))]
             hint = did_you_mean(request.name, names, f"there are {', '.join(names)}")
             raise BadRequest(f"there is no fault {request.name!r}; {hint}")
+        require_ability(self._bench.device.board, kind.needs)
         check_count(kind.usage, request.words)
         fault = kind.run(self._bench, request)
         next(fault)

@@ -159,10 +159,6 @@ class SimDeviceKind:
     make: Callable[[ArmConfig, World, Any], Board]
     settings: type[Any] = NoSettings
 
-    def twin(self, config: ArmConfig, device: SimDevice) -> SimulatedArm:
-        """Return the counterpart of an arm, with its device on an in-process link."""
-        return SimulatedArm.of(config, device)
-
     def simulate(
         self,
         config: ArmConfig,
@@ -172,8 +168,8 @@ class SimDeviceKind:
         play: int | Sequence[int] | None = None,
         stand: Stand | None = None,
         settings: Mapping[str, Value] | None = None,
-    ) -> SimDevice:
-        """Build the simulated device: restored from `saved`, or as after a cold start.
+    ) -> SimulatedArm:
+        """Build the counterpart of an arm: restored from `saved`, or as after a cold start.
 
         `play` is the backlash in steps, for every motor or for each; by default it is the backlash
         that the arm file has the driver compensate. `stand` places the arm on a table shared with
@@ -188,12 +184,14 @@ class SimDeviceKind:
         body = replace(body, play=widths)
         own = chosen(self.settings, settings or {})
         if saved is None:
-            return SimDevice(self.make(config, World(body, blocks=blocks, stand=stand), own))
+            board = self.make(config, World(body, blocks=blocks, stand=stand), own)
+            return SimulatedArm.of(config, SimDevice(board))
         if stand is not None:
             raise BadRequest("a saved world has a table of its own: it cannot be put on another")
         known = _of_dialect(saved, config.connection.dialect)
         what = f"simulated {self.board.title}"
-        return recalled(known, lambda world: self.make(config, world, own), body, what)
+        device = recalled(known, lambda world: self.make(config, world, own), body, what)
+        return SimulatedArm.of(config, device)
 
 
 def _of_dialect(saved: object, dialect: str) -> object:

@@ -60,6 +60,7 @@ from kinematics.spaces import Motors
 BAUD = 9600
 
 MEMORY_ROWS = 50
+"""Public sources say that the memory holds about 50 points."""
 CLOSE_RATE_HZ = 277.0
 """At this rate, closing over the full 76 mm takes about 4 s."""
 DELAY_UNIT_S = 0.001

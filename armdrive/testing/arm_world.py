@@ -18,7 +18,6 @@ from armdrive.arm import Arm, override_connections
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import ConnectOptions, connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, Target, find
-from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.errors.arguments import BASIC, Rule, call, checked_calls, known_attributes, made_of
 from armdrive.registry import simulate
@@ -70,7 +69,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
     {
         **BASIC,
         "Callable[[], object]": call,
-        "Operator": call,
         "target: str": _NAME,
     }
 )
@@ -236,27 +234,12 @@ class ArmWorld:
 
     # -- connections --------------------------------------------------------------------------
 
-    def connect(
-        self,
-        target: str | None = None,
-        *,
-        dialect: str | None = None,
-        baud: int | None = None,
-        allow_restored: bool = False,
-        operator: Operator | None = None,
-        reconnect: bool | None = None,
-    ) -> Arm:
-        """Connect to an arm of this world, like `Arm.connect` in the tested program."""
-        options = ConnectOptions(
-            dialect=dialect,
-            baud=baud,
-            allow_restored=allow_restored,
-            operator=operator,
-            reconnect=reconnect,
-        )
-        return self._connected(target, options)
+    def connect(self) -> Arm:
+        """Connect as a program does that names no arm."""
+        return self._connected(None, ConnectOptions())
 
     def _connected(self, target: str | None, options: ConnectOptions) -> Arm:
+        """Connect to an arm of this world, in the place of `Arm.connect`."""
         placed = self._meant(target, options)
         if placed.taken:
             raise ArmInUse(

@@ -23,7 +23,7 @@ from armdrive.config.sections import is_model_file
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.errors.printable import reason_of
-from armdrive.registry import simulate_device
+from armdrive.registry import simulated_kind
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
@@ -179,11 +179,13 @@ class ReplayBench:
 
     def _make(self, saved: object) -> None:
         try:
-            self.device: SimDevice = simulate_device(self._config, saved, settings=self._settings)
+            kind = simulated_kind(self._config.connection.dialect)
+            twin = kind.simulate(self._config, saved, settings=self._settings)
         except BadRequest:  # a setting that the caller has chosen
             raise
         except (ArmError, KinematicsError, ArithmeticError, LookupError) as error:
             raise RecordingError(f"the recorded arm cannot be simulated: {error}") from None
+        self.device: SimDevice = twin.device
         self._line = self._wire()
 
     def _wire(self) -> DeviceLine:

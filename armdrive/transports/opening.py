@@ -1,7 +1,6 @@
 """Open the link for a port's name or URL.
 
 /dev/ttyUSB0, COM3            a serial port
-spy://PORT?file=NAME          a serial port with its traffic logged to a file
 socket://HOST:PORT            raw bytes over TCP
 rfc2217://HOST:PORT           a serial port on another computer, including its baud rate
 udp://HOST:PORT               one datagram per write

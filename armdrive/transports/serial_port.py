@@ -1,12 +1,11 @@
 """A serial port through pyserial: opened exclusively, with the handshake lines that the arm needs.
 
-pyserial's URLs (`socket://host:port`, `rfc2217://host:port`, `spy://port?file=name`) work like the
-name of a port. Its `SerialException` is an `OSError`, and is caught as one.
+Of pyserial's URLs, `socket://host:port` and `rfc2217://host:port` work like the name of a port. Its
+`SerialException` is an `OSError`, and is caught as one.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
 import warnings
@@ -29,7 +28,6 @@ WRITE_PATIENCE_S = 1.0
 
 POLL_S = 0.005  # polling interval of ports without a file to wait on (Windows, rfc2217)
 CHUNK = 4096  # most bytes in one read
-_NATIVE = frozenset({"", "spy", "hwgrep"})  # the schemes that open a device of this computer
 
 
 class SerialLink(Link):
@@ -50,21 +48,21 @@ class SerialLink(Link):
         self._scheme = scheme(port)
         if self._scheme in TCP_SCHEMES:
             host_and_port(port)
+        elif self._scheme:
+            raise PortUnavailable(
+                f"{port} cannot be used: write a port's name, or an address that begins with "
+                "socket://, rfc2217:// or udp://"
+            )
+        else:
+            require_no_terminal(port)
         made = _made(port, baud, self._scheme)
-        if self._scheme in _NATIVE:
-            try:
-                require_no_terminal(_device(port, made, self._scheme))
-            except PortUnavailable:
-                _close_spy(made)
-                raise
         try:
             made.dtr = made.rts = raise_dtr
             _open(made, self._scheme)
         except (OSError, ValueError) as error:
-            _close_spy(made)
-            if self._scheme in TCP_SCHEMES:
+            if self._scheme:
                 raise no_connection(port, error) from None
-            raise refusal(_device(port, made, self._scheme), error) from None
+            raise refusal(port, error) from None
         self._port = made
         self._bell = Bell()
         if keep_dtr_on_close:
@@ -129,7 +127,7 @@ class SerialLink(Link):
     def keep_dtr_on_close(self) -> bool:
         """Leave DTR as it is when the port is closed; return whether the system can do that."""
         fileno = self._fileno()
-        return self._scheme in _NATIVE and fileno is not None and clear_hupcl(fileno)
+        return not self._scheme and fileno is not None and clear_hupcl(fileno)
 
     def close(self) -> None:
         """Close the port."""
@@ -138,7 +136,6 @@ class SerialLink(Link):
         self._port.close()
         if left is not None:
             left.close()
-        _close_spy(self._port)
         self._bell.close()
 
     def _fileno(self) -> int | None:
@@ -151,7 +148,7 @@ class SerialLink(Link):
             return None
 
     def _lost(self, error: object) -> LinkLost:
-        todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
+        todo = "check the network" if self._scheme else "plug the cable in"
         return lost_link(f"the connection on {self._name}", reason_of(error), todo)
 
 
@@ -178,27 +175,16 @@ def clear_hupcl(fileno: int) -> bool:
 
 
 def _made(port: str, baud: int, kind: str) -> serial.Serial:
-    """Return the port, not yet open; raises `PortUnavailable` if its name is not valid."""
+    """Return the port, not yet open."""
     import serial  # an arm on simulated time needs no port library
 
     # pyserial's rfc2217 has no write timeout; its socket has a timeout of its own
     patience_s = None if kind == "rfc2217" else WRITE_PATIENCE_S
-    try:
-        made = serial.serial_for_url(
-            port, baudrate=baud, timeout=0, write_timeout=patience_s, do_not_open=True
-        )
-        if kind in _NATIVE and os.name == "posix":
-            made.exclusive = True
-    except OSError as error:
-        why = reason_of(error)
-        raise PortUnavailable(
-            f"{port} cannot be used ({why}): check the address and its options"
-        ) from None
-    except ValueError as error:
-        raise PortUnavailable(
-            f"{port} cannot be used ({error}): write a port's name, or an address that begins "
-            "with socket://, rfc2217://, udp:// or spy://"
-        ) from None
+    made = serial.serial_for_url(
+        port, baudrate=baud, timeout=0, write_timeout=patience_s, do_not_open=True
+    )
+    if not kind and os.name == "posix":
+        made.exclusive = True
     return made
 
 
@@ -209,16 +195,3 @@ def _open(made: serial.Serial, kind: str) -> None:
     with warnings.catch_warnings():  # pyserial starts its thread in a deprecated way
         warnings.simplefilter("ignore", DeprecationWarning)
         made.open()
-
-
-def _device(port: str, made: serial.Serial, kind: str) -> str:
-    """Return the device's name, without the URL around it."""
-    return str(made.portstr or port) if kind in _NATIVE else port
-
-
-def _close_spy(made: serial.Serial) -> None:
-    """Close the file that spy:// writes to: pyserial leaves it open."""
-    output = getattr(getattr(made, "formatter", None), "output", None)
-    if output is not None and getattr(output, "name", "") not in ("<stderr>", "<stdout>"):
-        with contextlib.suppress(OSError):
-            output.close()

@@ -15,7 +15,7 @@ from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, Survey, fram
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import ask_round
 from armdrive.dialog import About, AskPerson
-from armdrive.registry import simulate, simulate_device
+from armdrive.registry import simulate
 from armdrive.setup.commissioning import CommissioningOutcome, commission, commission_drive
 from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog
 from armdrive.setup.plan import CommissioningPlan, plan_of
@@ -232,4 +232,4 @@ class ServedBus(ServedDevice):
     def __init__(self, folder: Any, **settings: Any) -> None:
         server = make_server(slcan=folder / "can0", listener=folder / "can1")
         self.port, self.beside = server.can_addresses
-        super().__init__(server, simulate_device(arm(), settings=settings))
+        super().__init__(server, simulate(arm(), **settings).device)

@@ -48,6 +48,6 @@ def arm():
 def holding(arm):
     """Hold the arm by its name and by that of its port, and serve it to other programs."""
     holding = hold("bench", "/dev/ttyUSB0")
-    serve(holding, arm)
+    serve(holding, arm.parts.connection)
     yield holding
     holding.release()

@@ -12,7 +12,7 @@ from uart import Receiver
 
 from armdrive.connect.port import recogniser
 from armdrive.connect.target import simulated_config
-from armdrive.registry import simulate, simulate_device
+from armdrive.registry import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.dialog_runner import DialogClock
@@ -32,7 +32,7 @@ SPOKEN = sorted({probe.dialect for probe in PROBES})
 
 def made(dialect: str, **settings: object) -> SimDevice:
     """Return a simulated arm whose motors hold it."""
-    device = simulate_device(simulated_config(dialect), settings=settings)
+    device = simulate(simulated_config(dialect), **settings).device
     device.world.energised = True
     return device
 

@@ -6,7 +6,7 @@ from functools import partial
 
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
-from armdrive.registry import simulate_device
+from armdrive.registry import simulate
 from armdrive.sim.mechanics.motors import LimitSwitch
 from armdrive.sim.wire import DeviceLine, MemoryLink
 from firmware_protocol.grbl import Banner, Host, StatusReport
@@ -47,7 +47,7 @@ class Bench:
 
     def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
         config = config or config_of()
-        self.device = simulate_device(config, saved, settings=options)
+        self.device = simulate(config, saved, **options).device
         self.board = self.device.board
         self.board.settings.values.update(values)
         self.board.drive.rack.limits = self.board.settings.limits()

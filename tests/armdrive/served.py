@@ -14,7 +14,7 @@ from waiting import LONG_S, TURN_S, PatientClock
 from watched_sim import Watch
 
 from armdrive.connect.target import simulated_config
-from armdrive.registry import DIALECTS, simulate_device
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import clock
 from armdrive.setup import dialog_runner
 from armdrive.sim import serving
@@ -75,7 +75,7 @@ class Served(ServedDevice):
         udp: str | None = None,
         **settings: Any,
     ) -> None:
-        device = simulate_device(simulated_config(dialect), settings=settings)
+        device = simulate(simulated_config(dialect), **settings).device
         can = DIALECTS[dialect].can
         if can:
             server = make_server(slcan=pty, bits_s=device.board.bits_s)

@@ -97,7 +97,7 @@ def test_a_folder_that_others_may_enter_does_not_get_the_socket(arm):
     places.states().chmod(0o755)
     holding = hold("bench")
     try:
-        serve(holding, arm)
+        serve(holding, arm.parts.connection)
         address = Path(str(holding._listener.address))
         assert address.parent != places.states()
         assert stat.S_IMODE(address.parent.stat().st_mode) == 0o700

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.preset import LENGTHS
-from armdrive.registry import Dialect, simulate_device, simulated_kind
+from armdrive.registry import Dialect, simulate, simulated_kind
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.sim.device import parse_settings
 from armdrive.sim.serving import make_server, run_device
@@ -69,7 +69,7 @@ def main(path: str, *words: str) -> None:
     sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
     say = partial(print, flush=True)
-    run_device(simulate_device(config, settings=chosen), server, sys.stdin.fileno(), say)
+    run_device(simulate(config, **chosen).device, server, sys.stdin.fileno(), say)
 
 
 if __name__ == "__main__":

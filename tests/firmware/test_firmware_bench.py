@@ -96,7 +96,7 @@ def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys, monkeypatch):
     device = DeviceProcess(program, door, "grbl")
     with device, FakeControlPort(device) as control:
         words = ["--port", device.port, "--dialect", "grbl", "--control", control.address]
-        lost = "a message to the device is lost, in motion"
+        lost = "a message to the device is lost, standing"
         code = main([*words, "--only", lost, "--json", str(found)])
     assert code == 0, capsys.readouterr().out
     (row,) = json.loads(found.read_text())[0]["rows"]

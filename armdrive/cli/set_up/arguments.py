@@ -294,7 +294,7 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
     port cannot be opened, 6 no arm was recognised.
     """
     parser.add_argument(
-        "port", nargs="?", metavar="PORT", type=name, help="a serial port or a pyserial URL"
+        "port", nargs="?", metavar="PORT", type=name, help="a serial port or an address"
     )
     parser.add_argument("--arm", metavar="NAME", type=name, help="instead: the port of an arm file")
     parser.add_argument("--dialect", choices=list(DIALECTS), help="the expected dialect")

@@ -85,7 +85,7 @@ def _config(name: str) -> ArmConfig:
     require_name(name.removesuffix(ENDING))
     row = commissionable()[0]
     connection = Connection(dialect=row.name, port="", baud=row.baud)
-    return preset_arm(row.preset, name=path.stem, connection=connection)
+    return preset_arm(path.stem, connection)
 
 
 def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:

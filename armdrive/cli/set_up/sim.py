@@ -12,7 +12,7 @@ from armdrive.cli.presenter import put_error, say, say_lines
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import BadRequest
-from armdrive.registry import DIALECTS, simulate_device, simulated_kind
+from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import parse_settings, settings_of
 from armdrive.sim.faults import FAULT_NOTE, check_faults, faults_of, parse_option
@@ -62,8 +62,9 @@ def _serve(options: argparse.Namespace, config: ArmConfig) -> int:
     from armdrive.sim.serving import servers
 
     dialect = config.connection.dialect
-    settings = parse_settings(simulated_kind(dialect).settings, options.set)
-    device = simulate_device(config, play=options.play, settings=settings)
+    kind = simulated_kind(dialect)
+    settings = parse_settings(kind.settings, options.set)
+    device = kind.simulate(config, play=options.play, settings=settings).device
     board = device.board
     faults = [parse_option(text) for text in options.fault]
     check_faults(device, faults)

@@ -245,7 +245,6 @@ class GrblChoices:
     axes: str = setting("", "the axes of its build, such as XYZABC; empty: those of the arm")
     factory: bool = setting(False, "factory settings instead of those that the arm needs")
     homing: bool = setting(False, "switch homing on ($22=1), whatever the arm file says")
-    resets_on_open: bool = setting(False, "a saved arm starts with its board freshly reset")
 
 
 def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
@@ -264,7 +263,6 @@ def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
         gripper_wiring(config),
         config.model.gripper_range_mm,
         config.model.gripper_speed_mm_s,
-        chosen.resets_on_open,
     )
     settings = BoardSettings(len(axes), {} if chosen.factory else values, firmware.factory)
     return GrblBoard(world, build, settings, wired, ROUTINES, config.connection.baud)

@@ -67,7 +67,10 @@ Boot: TypeAlias = Generator[float, None, None]
 
 @dataclass(frozen=True, slots=True)
 class FirmwareRoutines:
-    """What the firmware does, as functions of its board: `orders` has them."""
+    """What the firmware does, as functions of its board.
+
+    `orders` has them. A board gets them when it is made, because `orders` imports this file.
+    """
 
     line: Callable[[GrblBoard, LineReceived], Script]
     order: Callable[[GrblBoard, Realtime], None]
@@ -123,6 +126,8 @@ class BoardScript(Generic[T]):
 
 GAP_S = 0.005
 """The minimum time between reports. Several requests within it get one report."""
+PINS = "PDHSR"
+"""The input bits: probe, door, feed hold, cycle start, reset."""
 _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2
@@ -230,10 +235,9 @@ def _sub_state(board: GrblBoard) -> int | None:
 
 
 def _pins(board: GrblBoard) -> str | None:
-    letters = "".join(
-        letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)
-    )
-    return (board.pins + letters) or None
+    pins = [letter for bit, letter in enumerate(PINS) if board.inputs_set >> bit & 1]
+    switches = [letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)]
+    return "".join([*pins, *switches]) or None
 
 
 # --- Hard limits: a switch that changes while the board is not homing ----------------------------
@@ -481,8 +485,6 @@ class UnreadCommands:
 READ_AT_ONCE = 64
 """Bytes put into the ring before the main loop runs: fewer than the smallest ring holds."""
 COUNT_MOST = (1 << 31) - 1
-PINS = "PDHSR"
-"""The input bits: probe, door, feed hold, cycle start, reset."""
 _PIN_ORDERS = {"H": Realtime.FEED_HOLD, "S": Realtime.RESUME, "R": Realtime.SOFT_RESET}
 _LOCKED = (State.ALARM, State.SLEEP)
 
@@ -534,7 +536,6 @@ class GrblBoard(Board):
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
         self.echoes = False
-        self.pins = ""
         self.overrides = [100, 100, 100]
         self.booting: BoardScript[None] = BoardScript()
         self.cycle = MotionCycle()
@@ -681,9 +682,6 @@ class GrblBoard(Board):
         """Set a control pin. Hold, start and reset act like the corresponding commands."""
         pressed = on and not self.inputs_set >> bit & 1
         super().set_input(bit, on)
-        self.pins = "".join(
-            letter for number, letter in enumerate(PINS) if self.inputs_set >> number & 1
-        )
         order = _PIN_ORDERS.get(PINS[bit])
         if order is not None and pressed and self.powered and not self.booting.active:
             self.routines.order(self, order)
@@ -738,9 +736,5 @@ class GrblBoard(Board):
         self.state = State(saved.state)
         if self.state is State.ALARM:
             self.unhome()
-        if self.build.resets_on_open:
-            self.current.cut(self.now_s)
-            self.start(0.0)
-        else:
-            self.outgoing.clear()
-            self.limits.forget(self)
+        self.outgoing.clear()
+        self.limits.forget(self)

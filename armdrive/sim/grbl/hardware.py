@@ -41,8 +41,7 @@ class BoardBuild:
     """One board on one arm.
 
     `order` gives the axis of each motor by its place in `axes`; `fingers` is the output that moves
-    the fingers, over `opening_mm` at `finger_mm_s`. `resets_on_open`: a saved board has just been
-    reset.
+    the fingers, over `opening_mm` at `finger_mm_s`.
     """
 
     firmware: Firmware
@@ -51,7 +50,6 @@ class BoardBuild:
     fingers: OutputWiring
     opening_mm: tuple[float, float]
     finger_mm_s: float
-    resets_on_open: bool
 
 
 # --- The receive ring: when it is full, bytes are lost without a word ----------------------------
@@ -87,7 +85,7 @@ class ReceiveRing:
         self._bytes += kept
 
     def take_line(self) -> bytes:
-        """Read up to the end of a line and return the line; None if its end has not arrived."""
+        """Read up to the end of a line and return the line; nothing if its end has not arrived."""
         end = _LINE_END.search(self._bytes)
         count = len(self._bytes) if end is None else end.end()
         self._begun += self._bytes[:count]
@@ -250,7 +248,6 @@ class BoardDrive(MotorDrive[PathRack]):
     def __init__(self, world: World, build: BoardBuild, limits: PathLimits) -> None:
         axes = len(build.axes)
         super().__init__(world, PathRack((0,) * axes, limits, build.firmware.stepping))
-        self._followed_s = math.nan
         self._axes = axes
         self._order = tuple(build.order)
         self._blocks = build.firmware.blocks
@@ -276,12 +273,6 @@ class BoardDrive(MotorDrive[PathRack]):
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors from the controls: counted, with the current on, and at once."""
         super().turn(self._of_axes(steps), now_s)
-
-    def follow(self, now_s: float) -> None:
-        """Move the arm to where its motors are by now, once for each moment."""
-        if now_s != self._followed_s:
-            super().follow(now_s)
-            self._followed_s = now_s
 
     def steps_of(self, target: Sequence[float]) -> Motors:
         """Convert a target from units to steps, rounded once because it is absolute."""

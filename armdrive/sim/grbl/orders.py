@@ -1,7 +1,9 @@
 """How a simulated GRBL board handles lines and real-time commands, alarms and restarts.
 
-G-code and jogs go from the parser to the planner. A script here yields the time until which it
-waits, and returns the line's reply.
+The main loop (`board`) runs `run_line` for each line. G-code and jogs go from the parser, which
+says what a line requests (`Work`), to the planner (`_move`). `$` commands go to `commands`. A
+script here yields the time until which it waits, and returns the line's reply. Real-time commands
+come to `obey`, which may interrupt a line at any such wait.
 """
 
 from __future__ import annotations

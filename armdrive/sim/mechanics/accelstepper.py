@@ -6,6 +6,10 @@ a pause counts from the step actually made, and a stop begins as soon as no more
 steps are left. A board that serves its motors in turn gives each motor a chance to step only at
 fixed intervals, and a step waits for the next chance.
 
+The orders correspond to the library's calls: `set_speed` to setSpeed, `set_top` to setMaxSpeed,
+`aim` to moveTo, `ramp_down` to stop, `stand` to setCurrentPosition. A board moves its axes either
+by runSpeed or by run (`obey`). `_paced` is computeNewSpeed, which run, moveTo and setMaxSpeed call.
+
 Units: steps, seconds, steps per second.
 """
 

@@ -1,5 +1,10 @@
 """Queued straight lines in motor space: lines, speeds, and the steppers that follow them.
 
+`PathRack.queue` makes a `PlannedLine`, and plans the rest of the path again: `_entries` goes back
+from the stop at the end and limits the speed at each corner; `planned` goes forwards and lays a
+trapezoid along each line. That gives a list of `PlannerStretch`, of which `positions` reads the
+counts at any time. A hold, a resume and an override plan again in the same way.
+
 Units: motor steps; the controller's own units (mm or degrees); seconds.
 """
 
@@ -253,14 +258,19 @@ class PathRack:
         self.limits = limits
         self._stepping = stepping or Stepping()
         self._base = Motors(counts)
+        """Where the first of the lines begins."""
         self._lines: deque[PlannedLine] = deque()
         self._stretches: list[PlannerStretch] = []
+        """The motion from now to the end of the last line; none of a rack that stands, even if
+        lines are left after a hold."""
         self._next_line_s = math.inf
-        self._computed = math.nan, math.nan
         self._began_s = -math.inf
+        """When the motors started: since then, segments have been computed."""
         self._along = 0.0
+        """How far along the first line the motors stood at the last `settle`."""
         self._held = False
         self._scale = (1.0, 1.0)
+        """The overrides of feeds and of rapids."""
 
     @property
     def moving(self) -> bool:
@@ -341,13 +351,9 @@ class PathRack:
 
         With a number of `segments`, return when the last of as many computed ones ends.
         """
-        if segments is None and self._computed[0] == now_s:
-            return self._computed[1]
         until_s, index, count = now_s, self._index(now_s), self._count(now_s)
         for _ in range(count if segments is None else min(count, segments)):
             until_s, index = self._segment_end(until_s, index)
-        if segments is None:
-            self._computed = now_s, until_s
         return until_s
 
     def _count(self, now_s: float) -> int:
@@ -474,6 +480,5 @@ class PathRack:
         if stretches and not self._stretches:
             self._began_s = stretches[0].piece.start_s
         self._stretches = stretches
-        self._computed = math.nan, math.nan
         ends = (each.piece.end_s for each in stretches if each.last)
         self._next_line_s = min(next(ends, math.inf), self.done_s)

@@ -92,14 +92,13 @@ def to_goal(
     rate: float,
     acceleration: float,
     now_s: float,
-    braking: float | None = None,
+    braking: float,
 ) -> AxisProfile:
     """Go to a goal and stand: a trapezoid, from any initial speed.
 
     An axis that moves away from the goal, or too fast to stop before it, first stops and then turns
-    back. `braking` is the deceleration, if it differs from the acceleration.
+    back. `braking` is the deceleration.
     """
-    braking = acceleration if braking is None else braking
     brake = speed * abs(speed) / (2 * braking)
     if (goal - position - brake) * speed < -_ROUNDING * abs(speed):
         stop = to_speed(position, speed, 0.0, braking, now_s)

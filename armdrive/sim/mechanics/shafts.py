@@ -1,4 +1,10 @@
-"""Shafts in a closed loop: the set-point of each, and the arm that follows them."""
+"""Shafts in a closed loop: the set-point of each, and the arm that follows them.
+
+A drive gives its orders to its `ShaftPoint`, which knows the set-point at any time.
+`ShaftDrive.look` turns the arm's motors towards all set-points, as far as position loops could
+since the last look. The world may hold a motor back, by a mechanical stop or a fault; `errors` is
+what its drive sees of that.
+"""
 
 from __future__ import annotations
 
@@ -75,10 +81,11 @@ class ShaftPoint:
         `braking` is the deceleration, if it differs from the acceleration.
         """
         position, speed = self._state(now_s)
+        brakes = slope if braking is None else braking
         if math.isinf(slope):
             self._begin(dead(position, goal, rate, now_s), now_s)
         else:
-            self._begin(to_goal(position, speed, goal, rate, slope, now_s, braking), now_s)
+            self._begin(to_goal(position, speed, goal, rate, slope, now_s, brakes), now_s)
 
     def go_at(self, rate: float, slope: float, now_s: float) -> None:
         """Run until the next command; a rate of 0 ends the motion."""

@@ -17,7 +17,6 @@ from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import (
     HasPendant,
     SimDevice,
-    able,
     state_json,
     state_line,
 )
@@ -30,6 +29,7 @@ from armdrive.sim.faults import (
     faults_of,
     motor_of,
     parse_words,
+    require_ability,
 )
 from armdrive.sim.serving.servers import Server
 from armdrive.sim.wire import DeviceLine
@@ -81,13 +81,13 @@ def _state(console: Console, _: list[str]) -> ConsoleAnswer:
 
 
 def _key(console: Console, words: list[str]) -> ConsoleAnswer:
-    board: HasPendant = able(console.device.board, HasPendant, "pendant")
+    board: HasPendant = console.board
     board.press_named(words[0])
     return ConsoleAnswer(f"pressed {words[0].upper()}")
 
 
 def _return(console: Console, _: list[str]) -> ConsoleAnswer:
-    board: HasPendant = able(console.device.board, HasPendant, "pendant that takes control")
+    board: HasPendant = console.board
     if board.return_control():
         return ConsoleAnswer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
@@ -145,7 +145,7 @@ def _table(rows: dict[str, Json], *further: str) -> ConsoleAnswer:
 
 def _plug(console: Console, words: list[str]) -> ConsoleAnswer:
     """Connect only some drives to the bus, because commissioning handles one at a time."""
-    board: DrivesBoard[Any] = able(console.device.board, DrivesBoard, "drives on a bus")
+    board: DrivesBoard[Any] = console.board
     names = [motor.name for motor in board.world.body.transmission.motors]
     numbers = {"all": [*range(1, len(names) + 1)], "none": []}.get(words[0].lower())
     if numbers is None:
@@ -246,6 +246,11 @@ class Console:
         self.faults = Faults(device, line, self.cable)
         self.ended = False
 
+    @property
+    def board(self) -> Any:
+        """The board; it has the ability that the command's row of the table needs."""
+        return self.device.board
+
     def answer(self, line: str) -> str:
         """Execute a line and return the reply; an empty line has no reply."""
         words = line.split()
@@ -268,5 +273,6 @@ class Console:
         if command is None:
             hint = did_you_mean(name, [*COMMANDS, *FAULTS], "try 'help'.")
             raise BadRequest(f"there is no command {name!r}; {hint}")
+        require_ability(self.device.board, command.needs)
         check_count(command.usage, words)
         return command.run(self, words)

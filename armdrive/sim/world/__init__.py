@@ -78,10 +78,9 @@ class World:
         self._has_gripper = self.body.transmission.has_gripper
         self._most_squeeze_mm = self.body.squeeze_mm(MOST_FORCE_N)
         self._blocked: set[str] = set()
+        """The joints at their stops, `gripper` and `table`: a contact is reported once."""
         self._observe()
-        self.scene = GripScene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
-        for block in blocks:
-            self.put(block)
+        self.scene = GripScene(blocks, None, self.tip, self._pull_mm, stand)
 
     @property
     def motors(self) -> Motors:
@@ -207,22 +206,23 @@ class World:
         return int(math.copysign(abs(count) - lost, count))
 
     def _shift(self, steps: Motors, time_s: float) -> None:
+        # Stops come first: a tip that is held back touches no block beyond. The fingers come after
+        # the scene, which knows whether they have just closed on a block.
         before = self.tip
         self._motors = self._motors + steps
         self._observe()
         for joint, stop in enumerate(self._stops):
-            angle_rad = self._joints.angles_rad[joint]
-            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:
-                self._stop_joint(joint, stop.clamp(angle_rad), time_s)
+            name, angle_rad = self._joints.names[joint], self._joints.angles_rad[joint]
+            if name in self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:
+                self._stop_joint(joint, name, stop.clamp(angle_rad), time_s)
         if incidents := self.scene.follow(before, self.tip, self._pull_mm, time_s):
             self._tell(*incidents)
         if self._has_gripper:
             self._stop_fingers(time_s)
         self._feel_table(time_s)
 
-    def _stop_joint(self, joint: int, bound_rad: float, time_s: float) -> None:
+    def _stop_joint(self, joint: int, name: str, bound_rad: float, time_s: float) -> None:
         """Keep a joint at its mechanical stop: its motors lose the steps beyond it."""
-        name = self._joints.names[joint]
         if self._joints[joint] == bound_rad:
             self._blocked.discard(name)
             return

@@ -11,7 +11,6 @@ import threading
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
-from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.text.numbers import number
@@ -236,34 +235,22 @@ class Stand:
     y_mm: float = 0.0
     turned_rad: float = 0.0
 
-    @property
-    def plain(self) -> bool:
-        """Whether the arm's own coordinates are the table's."""
-        return (self.x_mm, self.y_mm, self.turned_rad) == (0.0, 0.0, 0.0)
-
     def on_table(self, point: Point) -> Point:
         """Convert a point from the arm's base frame to the table's."""
-        if self.plain:
-            return point
         cos, sin = math.cos(self.turned_rad), math.sin(self.turned_rad)
         x, y, z = point
         return self.x_mm + cos * x - sin * y, self.y_mm + sin * x + cos * y, z
 
     def from_base(self, point: Point) -> Point:
         """Convert a point from the table's frame to the arm's base frame."""
-        if self.plain:
-            return point
         cos, sin = math.cos(self.turned_rad), math.sin(self.turned_rad)
         x, y, z = point[0] - self.x_mm, point[1] - self.y_mm, point[2]
         return cos * x + sin * y, cos * y - sin * x, z
 
     def seen(self) -> Mapping[str, TableBlock]:
         """Return the blocks in the arm's base frame."""
-        blocks = self.table.blocks
-        if self.plain:
-            return MappingProxyType(blocks)
-        placed = {name: block.at(self.from_base(block.place)) for name, block in blocks.items()}
-        return MappingProxyType(placed)
+        placed = self.table.blocks.items()
+        return {name: block.at(self.from_base(block.place)) for name, block in placed}
 
 
 # --- Incidents: what goes wrong around an arm, unknown to any controller --------------------------
@@ -306,19 +293,25 @@ class GripScene:
 
     def __init__(
         self,
-        blocks: Iterable[TableBlock] = (),
-        held: str | None = None,
-        tip: Point = (0.0, 0.0, 0.0),
-        opening_mm: float = 0.0,
+        blocks: Iterable[TableBlock],
+        held: str | None,
+        tip: Point,
+        opening_mm: float,
         stand: Stand | None = None,
     ) -> None:
         self._stand = stand or Stand()
         self._table = self._stand.table
         self._held: str | None = None
-        self._offset: Point = (0.0, 0.0, 0.0)
+        """The block that the fingers press on."""
         self._carried: tuple[str, ...] = ()
+        """What moves with the tip: the held block and the blocks on it, but nothing while another
+        arm that gripped the block first carries it."""
+        self._offset: Point = (0.0, 0.0, 0.0)
+        """From the tip to the carried block."""
         self._around: set[str] = set()
+        """The blocks between the open fingers: closing grips one of them."""
         self._touching: set[str] = set()
+        """The blocks whose contact has been reported: a contact is one incident, however long."""
         self._tip = self._stand.on_table(tip)
         self._opening_mm = opening_mm
         with self._table.lock:

@@ -217,7 +217,7 @@ def test_the_calibration_changes_with_what_gives_steps_their_meaning_and_only_wi
     assert of() == of(motion={"jog_burst_s": 0.1}) == of(limits_deg={"base": [-80, 80]})
     assert len({of(), of(lengths={"hand_mm": 97}), of(motor_signs={"base": -1})}) == 3
     connection = parse_arm({"model": "teachmover"}, name="a").connection
-    assert of() == preset_arm("teachmover", name="b", connection=connection).calibration
+    assert of() == preset_arm("b", connection).calibration
 
 
 ALPHA_STEPS = """

@@ -16,7 +16,7 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
+from armdrive.registry import DIALECTS, simulate, simulated_kind
 from armdrive.sim.device import SimDevice, chosen, parse_settings
 from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
@@ -80,7 +80,7 @@ def test_every_row_makes_a_device_that_can_be_saved_and_made_again(dialect, move
 
 @every_row("dialect", SPOKEN)
 def test_every_device_is_brought_where_somebody_wants_it_and_counts_the_way(dialect):
-    device: SimDevice = simulate_device(simulated_config(dialect))
+    device: SimDevice = simulate(simulated_config(dialect)).device
     before, energised = device.world.motors, device.world.energised
     assert device.powered
     assert not device.moving
@@ -106,6 +106,8 @@ def test_without_power_every_arm_sags_says_nothing_and_forgets_where_it_was(dial
     assert twin.world.pose.z_mm < height_mm - 5
     assert not device.transmit(now_s + 1.0)
     assert not device.powered
+    saved = json.loads(json.dumps(twin.save()))
+    assert simulate(simulated_config(dialect), saved).save() == saved
     device.power_on()
     device.transmit(now_s + 5.0)
     assert not device.registers.largest
@@ -189,9 +191,7 @@ def test_every_motor_needs_a_drive(dialect, ids):
 def test_settings_reach_the_device():
     twin = simulate(simulated_config("teachmover"), speed_error=0.25)
     assert twin.board.quirks.speed_error == 0.25
-    robko = simulate_device(
-        simulated_config("robko01"), settings={"board": "esp32", "watchdog_s": 3.0}
-    )
+    robko = simulate(simulated_config("robko01"), board="esp32", watchdog_s=3.0)
     assert robko.board.quirks == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
 
 

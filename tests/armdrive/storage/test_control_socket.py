@@ -143,7 +143,7 @@ def test_a_caller_that_drips_bytes_is_disconnected_after_its_time(arm, monkeypat
     monkeypatch.setattr(arm_lock, "monotonic", lambda: now[0])
     monkeypatch.setattr(arm_lock, "_Caller", admit)
     holding = hold("bench")
-    serve(holding, arm)
+    serve(holding, arm.parts.connection)
     data = struct.pack("!i", 20) + b'{"request": "pause"}'
     try:
         with called(notice_of("bench")["address"]) as connection:
@@ -236,7 +236,7 @@ def test_a_system_without_free_threads_gives_an_error(arm, holding, call, monkey
 def test_giving_back_ends_every_thread_and_every_silent_call(arm, patient, silent):
     before = own_threads()
     holding = hold("bench")
-    serve(holding, arm)
+    serve(holding, arm.parts.connection)
     begun = [each for each in own_threads() if each not in before]
     ask_holder("bench", "status")  # so that the listening thread waits for the next call
     with contextlib.ExitStack() as calls:

@@ -254,7 +254,7 @@ def test_a_long_port_name_in_a_deep_folder_is_still_served(arm, tmp_path, monkey
     name = "/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_A50285BI-if00-port0"
     holding = hold(name)
     try:
-        serve(holding, arm)
+        serve(holding, arm.parts.connection)
         assert ask_holder(name, "status")["state"] == "standby"
         assert len(held_arms()) == 1
     finally:
@@ -270,7 +270,7 @@ def test_the_leftovers_of_a_killed_program_are_recognised(arm):
         "from armdrive.connect.target import simulated_config\n"
         "from armdrive.storage.arm_lock import hold\n"
         "arm = Arm(connect_simulated(simulated_config('teachmover')))\n"
-        "holding = hold('bench'); serve(holding, arm)\n"
+        "holding = hold('bench'); serve(holding, arm.parts.connection)\n"
         "print('holding', flush=True)\n"
         "input()\n"
     )
@@ -286,7 +286,7 @@ def test_the_leftovers_of_a_killed_program_are_recognised(arm):
     with pytest.raises(ArmError, match="killed before it could release"):
         ask_holder("bench", "stop")
     holding = hold("bench")
-    serve(holding, arm)
+    serve(holding, arm.parts.connection)
     assert ask_holder("bench", "status")["state"] == "standby"
     holding.release()
 
@@ -294,7 +294,7 @@ def test_the_leftovers_of_a_killed_program_are_recognised(arm):
 def test_closing_an_arm_gives_it_back():
     arm = Arm.connect("sim:teachmover")
     holding = hold("bench")
-    serve(holding, arm)
+    serve(holding, arm.parts.connection)
     arm.parts.connection.closers.append(holding.release)
     arm.close()
     hold("bench").release()

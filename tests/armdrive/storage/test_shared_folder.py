@@ -114,7 +114,7 @@ def a_recording():
 def a_notice():
     with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         holding = hold("bench")
-        serve(holding, arm)
+        serve(holding, arm.parts.connection)
         path = notice_path("bench", "holder")
         seen = path.lstat()
         holding.release()
@@ -398,11 +398,11 @@ def test_a_lock_empties_no_file_that_was_there(precious):
 def test_nothing_but_a_dead_programs_socket_is_removed_for_a_new_one(shared, arm):
     shared.chmod(0o700)
     with hold("bench") as first:
-        serve(first, arm)
+        serve(first, arm.parts.connection)
         address = Path(str(first._listener.address))
     address.write_text(PRECIOUS)
     with hold("bench") as second:
-        serve(second, arm)
+        serve(second, arm.parts.connection)
         assert ask_holder("bench", "status")["state"] == "standby"
     assert address.read_text() == PRECIOUS
 

@@ -10,6 +10,7 @@ import tty
 
 import pytest
 import serial
+from amounts import every_row
 from waiting import FOREVER_S, LONG_S, returns, soon, until
 
 from armdrive.errors import LinkLost, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
@@ -108,38 +109,6 @@ def test_a_bell_ends_the_present_sleep_and_the_next_one():
 
 
 @on_linux
-def test_a_spy_writes_down_what_goes_both_ways(ends, tmp_path):
-    master, name, _ = ends
-    log = tmp_path / "traffic.txt"
-    link = open_link(f"spy://{name}?file={log}", 9600)
-    link.write(b"@READ\r", 0.0)
-    assert os.read(master, 100) == b"@READ\r"
-    os.write(master, b"0,0\r")
-    link.wait(5.0)  # ends with the bytes
-    assert link.read(0.0) == b"0,0\r"
-    link.close()
-    written = log.read_text()
-    assert "@READ" in written
-    assert "0,0" in written
-    link.close()
-
-
-def test_a_spy_without_a_place_to_write_is_refused_in_words(ends, tmp_path):
-    with pytest.raises(PortUnavailable, match="check the address and its options"):
-        SerialLink(f"spy://{ends[1]}?file={tmp_path}/no/such/folder", 9600)
-    with pytest.raises(PortUnavailable, match="check the address and its options"):
-        SerialLink(f"spy://{ends[1]}?colour", 9600)
-
-
-@on_linux
-def test_a_spied_port_is_opened_by_one_program_alone(ends, tmp_path):
-    link = SerialLink(ends[1], 9600)
-    with pytest.raises(PortInUse, match=f"^{ends[1]} is in use"):
-        SerialLink(f"spy://{ends[1]}?file={tmp_path / 'log'}", 9600)
-    link.close()
-
-
-@on_linux
 def test_a_port_in_use_names_who_has_it(ends, monkeypatch):
     link = SerialLink(ends[1], 9600)
     with pytest.raises(PortInUse, match=rf"this one \(pid {os.getpid()}\): close the connection"):
@@ -157,9 +126,10 @@ def test_a_name_that_is_no_serial_port_is_refused(tmp_path):
         SerialLink(str(file), 9600)
 
 
-def test_an_unknown_scheme_is_met_with_the_known_ones():
-    with pytest.raises(PortUnavailable, match="socket://, rfc2217://, udp:// or spy://"):
-        SerialLink("telnet://host:23", 9600)
+@every_row("address", ["telnet://host:23", "spy:///dev/ttyS0?file=log"])
+def test_an_unknown_scheme_is_met_with_the_known_ones(address):
+    with pytest.raises(PortUnavailable, match="socket://, rfc2217:// or udp://"):
+        SerialLink(address, 9600)
 
 
 def pyserial_error(number: int) -> serial.SerialException:
@@ -252,7 +222,7 @@ def test_the_holder_of_an_open_device_is_found_by_its_links(ends, tmp_path):
 
 
 @on_linux
-@pytest.mark.parametrize("address", ["{}", "spy://{}?file={}.log", "can:slcan:{}?bitrate=500000"])
+@pytest.mark.parametrize("address", ["{}", "can:slcan:{}?bitrate=500000"])
 def test_the_terminal_of_another_program_is_not_opened(ends, tmp_path, address):
     """The link of a killed simulator leads to the next terminal that takes the same number."""
     _, name, _ = ends
@@ -262,7 +232,7 @@ def test_the_terminal_of_another_program_is_not_opened(ends, tmp_path, address):
     try:
         until(lambda: terminal_user(name) is not None)
         with pytest.raises(PortInUse, match=rf"arm is the terminal .* \(pid {shell.pid}\): remove"):
-            open_link(address.format(link, link), 9600)
+            open_link(address.format(link), 9600)
         assert terminal_user(name).pid == shell.pid
     finally:
         shell.kill()
@@ -272,14 +242,14 @@ def test_the_terminal_of_another_program_is_not_opened(ends, tmp_path, address):
 
 
 @on_linux
-@pytest.mark.parametrize("address", ["{}", "spy://{}?file={}.log", "can:slcan:{}?bitrate=500000"])
+@pytest.mark.parametrize("address", ["{}", "can:slcan:{}?bitrate=500000"])
 def test_the_link_of_a_killed_simulator_leads_to_no_other_simulator(ends, tmp_path, address):
     _, name, _ = ends
     link = tmp_path / "arm"
     link.symlink_to(name)
     os.utime(link, ns=(0, 0), follow_symlinks=False)  # made before this pseudo-terminal was
     with pytest.raises(PortUnavailable, match=f"arm is a link that .* {name} now belongs to"):
-        open_link(address.format(link, link), 9600)
+        open_link(address.format(link), 9600)
     link.unlink()
     link.symlink_to(name)
     SerialLink(str(link), 9600).close()

@@ -61,7 +61,7 @@ def held_by_port(arm):
     port = "/dev/ttyACM9"
     write_bench(port)
     with arm_lock.hold(port) as lock:
-        serve(lock, arm)
+        serve(lock, arm.parts.connection)
         yield port
 
 

@@ -103,7 +103,7 @@ def test_an_arm_that_is_named_by_its_port_alone_is_recorded(call, arm, monkeypat
     arm.home()
     monkeypatch.setattr(teach, "watch_holder", lambda *_: iter_views([status_view(arm.status)]))
     with hold("/dev/ttyUSB9") as lock:
-        serve(lock, arm)
+        serve(lock, arm.parts.connection)
         call("teach", "tour.arm", code=0)
     assert tour.read_text(encoding="utf-8") == "move tour_1\nclose_now\n"
 

@@ -11,7 +11,7 @@ from pages import page
 from served import ServedDevice
 from waiting import LONG_S
 
-from armdrive.registry import simulate_device
+from armdrive.registry import simulate
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import SaysEmergencies
 from armdrive.sim.faults import FAULTS
@@ -27,7 +27,7 @@ class ServedDrives(ServedDevice):
     """The arm in a thread, its console on a pipe, and python-can at the other end."""
 
     def __init__(self, dialect, path) -> None:
-        super().__init__(make_server(slcan=path), simulate_device(bus_arm(dialect)))
+        super().__init__(make_server(slcan=path), simulate(bus_arm(dialect)).device)
 
     def open(self) -> can.BusABC:
         return can.Bus(

@@ -16,7 +16,7 @@ from canopen.profiles.p402 import BaseNode402  # noqa: E402
 from cia402_sim import MASTER, arm_config  # noqa: E402
 from waiting import LONG_S, until  # noqa: E402
 
-from armdrive.registry import simulate_device  # noqa: E402
+from armdrive.registry import simulate  # noqa: E402
 from armdrive.sim.bus.line import BusLine  # noqa: E402
 from armdrive.sim.cia402.objects import eds_text  # noqa: E402
 from firmware_protocol.frames import Frame, Unpacker, pack  # noqa: E402
@@ -30,7 +30,7 @@ class Living:
     """The drives in a thread, at one end of a bus within this process."""
 
     def __init__(self) -> None:
-        self.device = simulate_device(arm_config())
+        self.device = simulate(arm_config()).device
         self._line = BusLine(self.device)
         self._channel = str(uuid.uuid4())
         self._ours = can.Bus(self._channel, interface="virtual")

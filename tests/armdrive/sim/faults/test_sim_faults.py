@@ -249,6 +249,7 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
         ("garbage 0", "1 to 4096"),
         ("reset", "the simulated TeachMover has no reset"),
         ("switch 1 open", "no limit switches"),
+        ("overtake next", "no drives on a bus"),
         ("lose-steps 7 5", "1 to 6 or base"),
         ("lose-steps 1 -5", "1 step or more"),
         ("stall", "stall MOTOR"),

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import ArmError, ArmFileError, BadRequest
-from armdrive.registry import simulate_device
+from armdrive.registry import simulate
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import HasSwitches, Resettable
 from armdrive.sim.mechanics.motors import SwitchState
@@ -618,10 +618,9 @@ HUGE = 1.7e308
 
 
 def board(**table):
-    connection = {"dialect": "grbl"}
-    return simulate_device(
-        parse_arm({"model": "teachmover", "connection": connection, **table}, name="bench")
-    )
+    """Build the board of an arm file."""
+    table = {"model": "teachmover", "connection": {"dialect": "grbl"}, **table}
+    return simulate(parse_arm(table, name="bench")).device
 
 
 @every_row(
