@@ -133,16 +133,12 @@ class DriveFinding(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """A conclusion about a drive: its count, and its place by its orders.
-
-    A drive that leads the arm off its path is `off` by a distance.
-    """
+    """A conclusion about a drive: its count, and its place by its orders."""
 
     drive: ObservedDrive
     finding: DriveFinding
     count: int
     place: float
-    off: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

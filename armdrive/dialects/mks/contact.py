@@ -184,11 +184,11 @@ def stall_words(drive: MksDrive) -> str:
 
 def _departed_words(verdict: Verdict) -> str:
     if verdict.finding in (DriveFinding.OFF_PATH, DriveFinding.WEAK):
+        error = abs(round(verdict.place) - verdict.count)
         return (
-            f"{verdict.drive} has {counted(round(verdict.off), 'count')} of following error; the "
-            "other drives are on the "
-            "path. It is overloaded, its supply is too weak for its speed, or its firmware slows "
-            "down at new targets in motion (`segment_s = 0` under [mks] sends none)"
+            f"{verdict.drive} has {counted(error, 'count')} of following error; the other drives "
+            "are on the path. It is overloaded, its supply is too weak for its speed, or its "
+            "firmware slows down at new targets in motion (`segment_s = 0` under [mks] sends none)"
         )
     return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
 
