@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.observer import (
-    CONFIRMING_LOOKS,
-    WEAK_LOOKS,
-    DriveFinding,
-    ObservedDrive,
-    Verdict,
-)
+from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
+from armdrive.dialects.bus.observer import WEAK_LOOKS, ObservedDrive, Verdict
 from armdrive.dialects.bus.paths import KEPT_S, PlannedPath
 
 APART_SHARE = 0.2

@@ -16,7 +16,8 @@ from dataclasses import replace
 from functools import cache
 
 from armdrive.dialects.bus.drives import SLOW_BUS, not_heard_words
-from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
+from armdrive.dialects.bus.intervals import DriveFinding
+from armdrive.dialects.bus.observer import LATE_OUTAGES
 from armdrive.dialects.bus.phases import (
     Act,
     Acts,

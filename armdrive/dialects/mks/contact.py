@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
 from armdrive.dialects.bus.drives import off_target_words, shared_words
-from armdrive.dialects.bus.observer import DriveFinding, Verdict
+from armdrive.dialects.bus.intervals import DriveFinding
+from armdrive.dialects.bus.observer import Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import TURNING, MksDrive, obeys_bus, setting_of

@@ -9,7 +9,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, midway, shared_words
-from armdrive.dialects.bus.observer import DriveFinding
+from armdrive.dialects.bus.intervals import DriveFinding
 from armdrive.dialects.bus.phases import (
     Act,
     Groups,

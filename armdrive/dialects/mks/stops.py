@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Sequence
 
+from armdrive.dialects.bus.intervals import DriveFinding
 from armdrive.dialects.bus.ledger import MUTE_POLLS
-from armdrive.dialects.bus.observer import APART_S, DriveFinding
+from armdrive.dialects.bus.observer import APART_S
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.exchange import Obstructed
