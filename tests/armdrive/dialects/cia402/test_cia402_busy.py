@@ -40,7 +40,7 @@ class BusyRig(Rig):
     """A controller that is called late, or hears late what its drives say, while it is busy."""
 
     def __init__(self, late: str, seed: int, **settings) -> None:
-        super().__init__(settings)
+        super().__init__(QUICK | settings)
         self.busy = False
         self._program, self._wire = "program" in late, "wire" in late
         self._random = random.Random(seed)
@@ -147,7 +147,7 @@ def test_a_motion_that_gets_no_cycle_in_time_goes_on_or_ends_and_blames_no_drive
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("late", LATE)
 def test_a_blocked_drive_is_named_soon_and_gets_no_target_far_ahead_meanwhile(late, seed):
-    rig = BusyRig(late, seed, **QUICK).ready()
+    rig = BusyRig(late, seed).ready()
     rig.begin(MoveAlong(iter(LINE), 0.3))
     rig.run(0.3)
     rig.twin.world.stalled.add(0)
@@ -210,7 +210,7 @@ def test_the_time_by_which_a_program_is_called_late_is_not_listened(calls, liste
 
 @pytest.mark.parametrize("late", LATE)
 def test_units_measured_on_a_busy_computer_would_be_wrong_and_are_refused(late):
-    rig = BusyRig(late, 1).ready()
+    rig = BusyRig(late, 1, period_ms=20).ready()
     rig.busy = True
     assert "come too late to time its motor" in str(rig.do(MeasureUnits(0, 500), 60.0))
     assert not rig.alerts()
@@ -227,7 +227,7 @@ def turns_away(rig):
 
 def measuring():
     """Return a rig that measures the units of a drive."""
-    rig = BusyRig("program and wire", 1).ready()
+    rig = BusyRig("program and wire", 1, period_ms=20).ready()
     rig.begin(MeasureUnits(0, 500))
     return rig
 
