@@ -5,8 +5,8 @@ drives go on, and a joint that several drives turn may leave its path and pass i
 happens if a program dies while it sends one order to each drive, and on a line that damages frames.
 """
 
+from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
-from armdrive.dialects.bus.observer import MAX_DELAY_S
 from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.dialects.mks.settings import MksSettings
 

@@ -7,7 +7,7 @@ import random
 import pytest
 from amounts import every_row
 
-from armdrive.dialects.bus.observer import MAX_DELAY_S
+from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.errors import ArmError, NoAnswer
 from kinematics import Motors
 

@@ -4,8 +4,8 @@ Read in this order:
 
     paths      the planned path of all motors, and each drive's course by its orders
     ledger     the open questions to a drive, the replies that it owes, how many it may miss
-    observer   conclusions from the orders, questions and replies of each drive, and the intervals
-               in which a healthy shaft can be
+    intervals  where a healthy shaft can be, and what a reading shows that lies elsewhere
+    observer   conclusions from the orders, questions and replies of each drive
     contour    the drives of a motion compared with their common path
     phases     what the drives of an arm do together: the table of phases and signals, and the
                stages of every dialect: the end of an earlier motion, stopping, homing
@@ -17,11 +17,11 @@ What a drive counts as, when, and where that is decided. `fits`, `doubted` and `
 Each of the others ends the motion by the table of `phases`: all drives stop, the one with the
 trouble is asked why if it replies, all hold where they stand, and the position is suspect.
 
-  fits        within reach, and where its orders had it lately               observer
+  fits        within reach, and where its orders had it lately               intervals
   doubted     out of reach once: asked again at once, else ignored           observer
-  behind      within reach but off its path; comes nearer, or turns at       observer
+  behind      within reach but off its path; comes nearer, or turns at       intervals
               least half as far as ordered
-  blocked     like behind, but does neither; or stands off its orders for    observer
+  blocked     like behind, but does neither; or stands off its orders for    intervals
               0.15 s, although it confirmed one meanwhile
               MKS: stands short of its last target at nine looks; or is      mks.motion
               off the path and all its targets after an outage

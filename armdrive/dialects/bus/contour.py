@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.observer import (
-    CONFIRMING_LOOKS,
-    WEAK_LOOKS,
-    DriveFinding,
-    ObservedDrive,
-    Verdict,
-)
+from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
+from armdrive.dialects.bus.observer import WEAK_LOOKS, ObservedDrive, Verdict
 from armdrive.dialects.bus.paths import KEPT_S, PlannedPath
 
 APART_SHARE = 0.2
@@ -58,8 +53,8 @@ class ContourCheck:
         return self._verdict(worst, path.at(worst, late_s), DriveFinding.OFF_PATH)
 
     def _verdict(self, motor: int, place: float, finding: DriveFinding) -> Verdict:
-        drive, count = self._drives[motor], self._drives[motor].count
-        return Verdict(drive, finding, count, place, abs(round(place) - count))
+        drive = self._drives[motor]
+        return Verdict(drive, finding, drive.count, place)
 
     def _weak(self) -> int | None:
         """Return the index of a drive that turns less than another one at every look.

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.observer import MAX_DELAY_S
+from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     ClearFault,

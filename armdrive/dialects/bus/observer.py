@@ -1,18 +1,12 @@
 """Conclude from orders, questions and replies where each drive is, and whether it is sound.
 
-A reading is not a point in time: a reply does not name its question, so a reading is a count and
-the time span in which it was sampled. An order is not a fact either: a drive may obey it late, or
-never. Together they give the interval in which a healthy shaft can be. A verdict says whether a
-reading lies in that interval, or for how long none came: the table is in `dialects.bus`.
+    ObservedDrive  one drive: its orders and readings, and the finding of its last reading
+    Observer       the drives of an arm together: outages, drives that do not reply
 
-The intervals, for a reading that arrived at r and was asked for at q or later:
+A verdict says whether a reading lies in the interval in which a healthy shaft can be, or for how
+long none came: the table is in `dialects.bus`. Reach and following are in `intervals`. Here are two
+more:
 
-    reach       from the place in reach that was nearest to the reading before: as far as any
-                order in force lets the drive turn since then; also wherever its orders had it
-                lately (a blocked shaft springs there when it comes free), plus the give of a
-                loaded shaft
-    following   where its orders had it between q - late_s and r, plus a corridor. It has two
-                courses: one if all its orders are equally late, one that its readings move
     from zero   as far as any order in force lets it turn since it may have restarted
     rest        after a stop: between where its orders had it, its target and, if it was silent,
                 where it was read last, plus a corridor
@@ -20,9 +14,8 @@ The intervals, for a reading that arrived at r and was asked for at q or later:
 After an outage the orders that a drive has received, and when, are not known. So its course begins
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
 
-The orders in force are those that a drive may still obey (`paths.Course.in_force`). Rules that no
-interval expresses are in `ledger` (absence, late replies, rejections) and `contour` (the drives
-together: off path, weak).
+Rules that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour`
+(the drives together: off path, weak).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -33,43 +26,32 @@ import math
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import Generic, TypeVar
 
-from armdrive.dialects.bus.ledger import (
-    EPSILON_S,
-    LOOK_S,
-    MUTE_POLLS,
-    Ledger,
-    Rejections,
+from armdrive.dialects.bus.intervals import (
+    MAX_DELAY_S,
+    PROGRESS_SHARE,
+    Bounds,
+    DriveFinding,
+    Following,
+    Look,
+    Reach,
+    Reading,
+    covered,
 )
-from armdrive.dialects.bus.paths import Course, Interval
+from armdrive.dialects.bus.ledger import EPSILON_S, MUTE_POLLS, Ledger, Rejections
+from armdrive.dialects.bus.paths import Courses, Interval
 from kinematics.spaces import Motors
 
-MAX_DELAY_S = 0.1
-"""A drive may still follow orders up to this old. Unless the computer is overloaded, orders and
-polls are at most this late."""
-PROGRESS_SHARE = 0.5
-"""A drive that is behind makes progress if it turns at least this share of what it was ordered."""
-CORRECTION_GAIN = 0.3
-"""How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 PROMPT_REPLY_S = 0.03
 """A reply takes at most this long, unless the computer is busy."""
 SPEED_SPAN_S = 0.03
 """Two readings no farther apart than this tell a drive's speed. It changes little in that time;
 and if one reply was so late that its moment is uncertain, they seem farther apart."""
-STANDING_S = 0.15
-"""A drive that has not turned for this long, though it confirmed an order to turn, is blocked. At
-the end of a motion it gets about as long: three times three looks, 0.02 s apart."""
 APART_S = 0.01
 """Two readings at least this far apart show that a drive stands, if it has not turned."""
 READINGS = 16
 """Readings kept to find one that is surely older than the last, however late replies come."""
-SPEED_ERROR = 1.05
-"""How much faster than ordered a sound drive may turn, for its reach. Real MKS drives ordered to
-2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide)."""
-CONFIRMING_LOOKS = 2
-"""A finding must hold at this many looks in a row before a drive is blamed."""
 WEAK_LOOKS = 5
 """A drive is weak only if it is too slow at this many looks in a row."""
 WEAK_MIN_CORRIDOR = 0.1
@@ -89,78 +71,13 @@ SILENT_POLLS = 10
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
-    """How far from its orders a healthy drive may be.
-
-    At rest it is within `rest` of its target. In motion it may be a `corridor` away from any point
-    that its orders had it at during the last `late_s`. A loaded shaft may give way by `give` while
-    its position loop still holds it. `turn` is one turn of an encoder that keeps its angle over a
-    restart, 0 for others.
-    """
-
-    rest: int
-    corridor: float
-    give: float
-    turn: int = 0
-    late_s: float = MAX_DELAY_S
-
-    @property
-    def tremble(self) -> int:
-        """How far the count of a drive that stands may vary."""
-        return self.rest // 4 + 1
-
-
-class DriveFinding(Enum):
-    """The kinds of verdicts: see the table of `dialects.bus`."""
-
-    FITS = "fits"
-    DOUBTED = "doubted"
-    BEHIND = "behind"
-    BLOCKED = "blocked"
-    RESTARTED = "restarted"
-    ELSEWHERE = "elsewhere"
-    OFF_PATH = "off path"
-    WEAK = "weak"
-    MUTE = "mute"
-    SILENT = "silent"
-    LATE = "late"
-
-    @property
-    def ends(self) -> bool:
-        """Whether it ends the motion."""
-        return self not in (DriveFinding.FITS, DriveFinding.DOUBTED, DriveFinding.BEHIND)
-
-
-@dataclass(frozen=True, slots=True)
 class Verdict:
-    """A conclusion about a drive: its count, and its place by its orders.
-
-    A drive that leads the arm off its path is `off` by a distance.
-    """
+    """A conclusion about a drive: its count, and its place by its orders."""
 
     drive: ObservedDrive
     finding: DriveFinding
     count: int
     place: float
-    off: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """A count, sampled at some time between the question and the reply."""
-
-    count: int
-    asked_s: float
-    read_s: float
-
-
-@dataclass(slots=True)
-class _Look:
-    """A drive's count, and where its orders had it at that moment."""
-
-    count: float
-    place: float
-    read_s: float
 
 
 class LatestReadings:
@@ -177,6 +94,11 @@ class LatestReadings:
         self._each.append(reading)
         if self._still is None or abs(reading.count - self._still.count) > self._tremble:
             self._still = reading
+
+    @property
+    def last(self) -> Reading | None:
+        """The last one."""
+        return self._each[-1] if self._each else None
 
     @property
     def still_s(self) -> float:
@@ -234,10 +156,9 @@ class ObservedDrive:
 
     def __init__(self, node: int, name: str, bounds: Bounds) -> None:
         self.node, self.name, self.bounds = node, name, bounds
-        self.course = Course()
-        """Where it probably is: where its orders have it, moved towards its readings."""
-        self.ordered = Course()
-        """Where its orders have it; moved only as far as no delay within the bound explains."""
+        self._courses = Courses()
+        self.course = self._courses.likely
+        """Where it probably is."""
         self.ledger = Ledger()
         self.absence = self.ledger.absence
         self.rejections = Rejections()
@@ -263,15 +184,8 @@ class ObservedDrive:
         """The range of its targets since it stood last."""
         self.shares = TurnedShares(WEAK_MIN_CORRIDOR * bounds.corridor)
         self._readings = LatestReadings(bounds.tremble)
-        self._fit: tuple[float, float] | None = None
-        """The last count within reach, and the earliest moment at which it can be sampled."""
-        self._outside = 0
-        """How many readings in a row were out of reach."""
-        self._doubt: _Look | None = None
-        """The look behind its course that the next one is compared with; None while it follows."""
-        self._off_course_s = math.inf
-        """Since when its readings find it off its course; infinity while they do not."""
-        self._met: _Look | None = None
+        self._reach, self._following = Reach(bounds), Following(bounds)
+        self._met: Look | None = None
         """The look that the course was last compared with."""
         self._place = 0.0
         """Where its course had it at the last reading."""
@@ -290,8 +204,7 @@ class ObservedDrive:
 
     def order(self, goal: int, speed: float, slope: float, now_s: float) -> None:
         """Record an order with its speed and ramp."""
-        self.course.order(goal, speed, slope, now_s)
-        self.ordered.order(goal, speed, slope, now_s)
+        self._courses.order(goal, speed, slope, now_s)
         self.moving, self.fresh = True, False
         if goal not in self.sent:
             self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
@@ -310,7 +223,7 @@ class ObservedDrive:
 
     def rest_at(self, count: int, now_s: float) -> None:
         """Record that the drive stands at a count."""
-        self._rest_courses_at(count, now_s)
+        self._courses.rest_at(count, now_s)
         self.moving = self.fresh = False
         self.sent, self._rest = Interval(count, count), Interval(-math.inf, math.inf)
         self.ledger.forget()
@@ -324,12 +237,8 @@ class ObservedDrive:
         if self.moving or not self.is_near:
             self.rest_at(self.count, now_s)
             return
-        self._rest_courses_at(self.goal, now_s)
+        self._courses.rest_at(self.goal, now_s)
         self._restart_comparison(now_s)
-
-    def _rest_courses_at(self, place: int, now_s: float) -> None:
-        for course in (self.course, self.ordered):
-            course.rest_at(place, now_s)
 
     def resume_from_reading(self, now_s: float) -> None:
         """Let its course continue from the last reading, at its time; the target stays.
@@ -338,119 +247,75 @@ class ObservedDrive:
         """
         self.finding = DriveFinding.FITS
         at, speed = float(self.count), self.measured_speed or 0.0
-        for course in (self.course, self.ordered):
-            course.put(at, speed, self.asked_s)
-            course.advance(now_s)
+        self._courses.put(at, speed, self.asked_s, now_s)
         self._restart_comparison(now_s)
 
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
-        self._fit = (float(self.count), self.asked_s) if self.is_located else None
-        self._outside, self.finding = 0, DriveFinding.FITS
+        self._reach.begin(self._readings.last)
+        self.finding = DriveFinding.FITS
         self.ledger.forget()  # it was read after anything it missed while standing
         self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self._doubt, self._off_course_s, self.lag = None, math.inf, 0.0
+        self.lag = 0.0
+        self._following.begin()
         self.shares.clear()
-        self._met = _Look(self.course.place, self.course.place, now_s)
+        self._met = Look(self.course.place, self.course.place, now_s)
 
     # -- readings -----------------------------------------------------------------------------
 
     def read(self, count: int, now_s: float) -> None:
         """Record its count and conclude what that means."""
-        course = self.course
-        course.advance(now_s)
-        self.ordered.advance(now_s)
+        self._courses.advance(now_s)
         self.asked_s = self.ledger.located(now_s)
         self.count, self.read_s = count, now_s
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
             self.prompt_s = now_s
-        self._readings.add(Reading(count, self.asked_s, now_s))
+        reading = Reading(count, self.asked_s, now_s)
+        self._readings.add(reading)
         self.absence.conclude(now_s)
-        off = self._off(count)
-        # its courses lie within its reach, so a drive that is on one of them is within it
-        reach = self._reach(now_s) if off else Interval(count, count)
-        if off <= self.bounds.give or reach.beyond(count) <= self.bounds.give:
-            # the give is granted once, not from look to look: else a slow runaway would always fit
-            self._fit, self._outside = (reach.nearest(count), self.asked_s), 0
-            self.lag = course.place - count
-        else:
-            self._outside += 1
-        self.finding, self._place = self._judge(off, now_s), course.place
+        off = self._courses.off(count, self._ordered_from_s)
+        self._reach.add(reading, self._courses, off)
+        if self._reach.is_within:
+            self.lag = self.course.place - count
+        self.finding, self._place = self._judge(reading, off), self.course.place
         if self.moving and self.finding in (DriveFinding.FITS, DriveFinding.BEHIND):
-            self._correct_course(count, now_s)
+            self._correct_courses(reading)
 
-    def _judge(self, off: float, now_s: float) -> DriveFinding:
+    def _judge(self, reading: Reading, off: float) -> DriveFinding:
         """Return what the last reading shows.
 
         `off` is how far the shaft is from where its orders had it within the allowed delay.
         """
-        count = self.count
-        if self._outside >= CONFIRMING_LOOKS:
-            since_s = self._fit[1] if self._fit else now_s
-            restarted = self.counts_from_zero(since_s, now_s)
+        now_s = reading.read_s
+        if self._reach.is_left:
+            restarted = self.counts_from_zero(self._reach.since_s, now_s)
             return DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
         if math.isfinite(self.absence.since_s):
             if self.counts_from_zero(self.absence.since_s, now_s):
                 return DriveFinding.RESTARTED
             self.absence.acquit()  # its count proves that it kept its power
-        if self._outside:
+        if not self._reach.is_within:
             return DriveFinding.DOUBTED
-        if self._stands_despite_orders(off):
-            return DriveFinding.BLOCKED
-        if off <= self.bounds.corridor:
-            self._doubt = None
-            return DriveFinding.FITS
-        before = self._doubt
-        if before is not None and self.asked_s < before.read_s + LOOK_S:
-            return DriveFinding.BEHIND  # both readings may be of the same moment
-        if before is not None and not self._progresses(before):
-            return DriveFinding.BLOCKED
-        self._doubt = _Look(count, self.course.place, now_s)
-        return DriveFinding.BEHIND
+        place, confirmed_s = self.course.place, self.rejections.started_s
+        return self._following.judge(reading, place, off, self.still_s, confirmed_s)
 
-    def _stands_despite_orders(self, off: float) -> bool:
-        """Return whether it has stood off its orders for long, although it confirmed one meanwhile.
-
-        A slow drive that is blocked stays within its corridor: it is steered from where it was
-        read, so its targets stay near it. It would spring to them as soon as it comes free.
-        """
-        if off <= self.bounds.rest:
-            self._off_course_s = math.inf
-            return False
-        self._off_course_s = min(self._off_course_s, self.read_s)
-        since_s = max(self.still_s, self._off_course_s)
-        confirmed = self.rejections.started_s > since_s  # else its orders may have been lost
-        return confirmed and self.asked_s >= since_s + STANDING_S
-
-    def _progresses(self, before: _Look) -> bool:
-        """Return whether it turned and came nearer to its course, or at least half as far as that.
-
-        One that is ahead, since the order to slow down came late, goes on until its course comes.
-        """
-        count, place = self.count, self.course.place
-        turned, ran = count - before.count, place - before.place
-        nearer = abs(place - count) < abs(before.place - before.count) - self.bounds.rest
-        follows = turned * ran >= PROGRESS_SHARE * ran * ran > 0.0
-        return abs(turned) > self.bounds.rest and (nearer or follows)
-
-    def _correct_course(self, count: int, now_s: float) -> None:
+    def _correct_courses(self, reading: Reading) -> None:
         """Move its courses towards the reading.
 
         A shaft that does not turn moves nothing: otherwise its course would wait for it, and a
         blocked shaft would never be found. Only prompt replies count, since a late one belongs to
         another moment.
         """
-        course, met = self.course, self._met or _Look(count, self.course.place, now_s)
-        turned, ran = count - met.count, course.place - met.place
+        count, place, now_s = reading.count, self.course.place, reading.read_s
+        met = self._met or Look(count, place, now_s)
+        turned, ran = count - met.count, place - met.place
         self.shares.add(turned, ran, now_s)
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
-            course.correct(CORRECTION_GAIN * course.off(count, self.ledger.asked_s))
-            unexplained = self.ordered.off(count, self._ordered_from_s)
-            self.ordered.correct(CORRECTION_GAIN * unexplained)
-        self._met = _Look(count, course.place, now_s)
+            self._courses.correct(count, self.ledger.asked_s, self._ordered_from_s)
+        self._met = Look(count, self.course.place, now_s)
 
     # -- intervals ----------------------------------------------------------------------------
 
@@ -459,31 +324,9 @@ class ObservedDrive:
         """Since when its orders may have had it where the last reading found it."""
         return self.asked_s - self.bounds.late_s
 
-    def _off(self, count: int) -> float:
-        """Return how far the last reading is from where its orders had it within the allowed delay.
-
-        If they are all equally late, it is on the course of its orders. If each is late by a time
-        of its own, it leaves that course, but stays near the one that follows its readings.
-        """
-        since_s = self._ordered_from_s
-        return min(abs(each.off(count, since_s)) for each in (self.course, self.ordered))
-
-    def _reach(self, now_s: float) -> Interval:
-        """Return where the shaft can have turned since its last reading in reach."""
-        count, since_s = self._fit or (float(self.count), now_s)
-        orders, brakes = self.course.in_force(since_s), self.course.braking
-        up, down, goals = SPEED_ERROR * orders.up, SPEED_ERROR * orders.down, orders.goals
-        # no farther than its targets, plus the distance that it needs to brake and turn back
-        high = count + min(_ran(up, now_s - since_s), max(goals.high - count + brakes(up), 0.0))
-        low = count - min(_ran(down, now_s - since_s), max(count - goals.low + brakes(down), 0.0))
-        lately = [each.hull(self._ordered_from_s) for each in (self.course, self.ordered)]
-        low = min(low, *(each.low for each in lately))
-        high = max(high, *(each.high for each in lately))
-        return Interval(low, high)
-
     def _late(self, now_s: float) -> float:
         """Return how far it turns during the allowed delay."""
-        return _ran(self.course.in_force(now_s).fastest, self.bounds.late_s)
+        return covered(self.course.in_force(now_s).fastest, self.bounds.late_s)
 
     def margin(self, now_s: float) -> float:
         """Return how far it may be from the common path of all drives."""
@@ -495,7 +338,7 @@ class ObservedDrive:
         Some encoders know their angle within a turn and start counting there.
         """
         count, rest = self.count, self.bounds.rest
-        if abs(count) <= rest + _ran(self.course.in_force(since_s).fastest, now_s - since_s):
+        if abs(count) <= rest + covered(self.course.in_force(since_s).fastest, now_s - since_s):
             return True
         if self.moving or not self.bounds.turn:
             return False
@@ -529,7 +372,7 @@ class ObservedDrive:
     @property
     def is_within_reach(self) -> bool:
         """Whether a shaft can have turned to its last count."""
-        return not self._outside
+        return self._reach.is_within
 
     @property
     def rests_off_path(self) -> bool:
@@ -734,8 +577,3 @@ def unwrapped(
         drive.found_near(there, now_s) if count == drive.goal else count
         for drive, count, there in zip(drives, registers, near, strict=True)
     )
-
-
-def _ran(speed: float, for_s: float) -> float:
-    """Return the distance covered in a time; an infinite speed covers any distance at once."""
-    return speed * for_s if math.isfinite(speed) else math.inf

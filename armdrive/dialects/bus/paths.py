@@ -222,6 +222,8 @@ STEP_S = 0.005
 """Step width of the course."""
 PAST_S = 1.0
 """How much of a course is kept: no reading is older."""
+CORRECTION_GAIN = 0.3
+"""How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 
 
 class Order(NamedTuple):
@@ -382,3 +384,56 @@ class Course:
     def braking(self, speed: float) -> float:
         """Return the braking distance from a speed, by the ramp of the last order."""
         return 0.0 if math.isinf(self.slope) else speed**2 / (2.0 * self.slope)
+
+
+class Courses:
+    """Where one drive is by its orders, in two ways, since nothing tells how late it obeys each.
+
+    If it obeys all orders equally late, it is on its course `ordered`, some time ago. If each is
+    late by a time of its own, it leaves that course, but stays near the one that its readings move.
+    """
+
+    def __init__(self) -> None:
+        self.likely = Course()
+        """Where it probably is: where its orders have it, moved towards its readings."""
+        self.ordered = Course()
+        """Where its orders have it; moved only as far as no delay within the bound explains."""
+        self._both = (self.likely, self.ordered)
+
+    def order(self, goal: float, speed: float, slope: float, now_s: float) -> None:
+        """Record an order."""
+        for course in self._both:
+            course.order(goal, speed, slope, now_s)
+
+    def rest_at(self, place: float, now_s: float) -> None:
+        """Record that the drive stands at a place."""
+        for course in self._both:
+            course.rest_at(place, now_s)
+
+    def put(self, place: float, speed: float, at_s: float, now_s: float) -> None:
+        """Let both continue from a place, where the drive was at a time; the orders stay."""
+        for course in self._both:
+            course.put(place, speed, at_s)
+            course.advance(now_s)
+
+    def advance(self, now_s: float) -> None:
+        """Advance both to the present."""
+        for course in self._both:
+            course.advance(now_s)
+
+    def off(self, place: float, from_s: float) -> float:
+        """Return how far a place is off the nearer one since a moment."""
+        return min(abs(course.off(place, from_s)) for course in self._both)
+
+    def hull(self, from_s: float) -> Interval:
+        """Return the range of the places of both from a moment to the present."""
+        hulls = [course.hull(from_s) for course in self._both]
+        return Interval(min(each.low for each in hulls), max(each.high for each in hulls))
+
+    def correct(self, place: float, asked_s: float, ordered_from_s: float) -> None:
+        """Move both towards a reading, which was asked for at `asked_s`.
+
+        Orders since `ordered_from_s` may have had the drive there: that much explains the delay.
+        """
+        self.likely.correct(CORRECTION_GAIN * self.likely.off(place, asked_s))
+        self.ordered.correct(CORRECTION_GAIN * self.ordered.off(place, ordered_from_s))

@@ -8,14 +8,16 @@ A signal that the table does not list for a phase changes nothing.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import midway
 from armdrive.dialects.bus.observer import ObservedDrive
-from armdrive.dialects.controller import OVERTRAVEL, HomingTime
+from armdrive.dialects.controller import OVERTRAVEL, HomingTime, in_turn
 from armdrive.dialects.exchange import ListenedTime, Obstructed, Script, ScriptIO
 from armdrive.tasks import Done, Reply, RequestRejected, Timeout, never
 
@@ -61,7 +63,6 @@ class Act(Enum):
 
     NOTHING = "nothing"
     STOP = "send the stop"
-    STOP_HARD = "send the stop, without a ramp"
     EXPLAIN = "send the stop, and ask a drive that replies what is wrong"
     REPEAT = "send the order again"
     RESUME = "continue from where the drives are, leaving nothing out"
@@ -88,8 +89,8 @@ TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
         (Phase.ARRIVING, Signal.ARRIVED): (Phase.ENDED, Act.NOTHING),
         (Phase.STOPPING, Signal.STOPPED): (Phase.ENDED, Act.HOLD),
         (Phase.STOPPING, Signal.NOT_STOPPED): (Phase.ENDED, Act.HOLD),
-        (Phase.HOMING, Signal.STOP): (Phase.STOPPING, Act.STOP_HARD),
-        (Phase.HOMING, Signal.TROUBLE): (Phase.STOPPING, Act.STOP_HARD),
+        (Phase.HOMING, Signal.STOP): (Phase.STOPPING, Act.STOP),
+        (Phase.HOMING, Signal.TROUBLE): (Phase.STOPPING, Act.STOP),
         (Phase.HOMING, Signal.ARRIVED): (Phase.ENDED, Act.NOTHING),
     }
 )
@@ -144,7 +145,6 @@ def run_phases(
 
 
 D = TypeVar("D")
-D_contra = TypeVar("D_contra", contravariant=True)
 
 
 # What every dialect goes through: the end of an earlier motion, braking, homing. A dialect supplies
@@ -152,58 +152,46 @@ D_contra = TypeVar("D_contra", contravariant=True)
 # computer blames no drive.
 
 
-class Brakes(Protocol[D_contra]):
-    """How one dialect's drives are stopped."""
-
-    def step(self, left: Sequence[D_contra], now_s: float) -> float:
-        """Repeat the stop and ask the drives that do not stand; return when to call again."""
-
-    def has_looked(self, now_s: float) -> bool:
-        """Return whether there is news about the drives."""
-
-    def stands(self, drive: D_contra) -> bool:
-        """Return whether a drive has been seen to stand."""
-
-    def settle(self, drive: D_contra, now_s: float) -> None:
-        """Record that a drive stands."""
-
-    def is_mute(self, drive: D_contra) -> bool:
-        """Return whether a drive has left too many questions unanswered."""
-
-    def absence(self, mute: Sequence[D_contra]) -> Timeout | RequestRejected:
-        """Return the reply that names missing drives."""
-
-
-class Braking(Generic[D]):
+class Braking(ABC, Generic[D]):
     """The stopping stage: the stop is repeated until every drive is seen to stand."""
 
-    def __init__(
-        self, brakes: Brakes[D], drives: Iterable[D], listened: ListenedTime, patience_s: float
-    ) -> None:
-        self._brakes, self._listened = brakes, listened
+    def __init__(self, drives: Iterable[D], listened: ListenedTime, patience_s: float) -> None:
+        self._listened = listened
         self.left = list(drives)
         """The drives that have not been seen to stand."""
         self.standing: list[D] = []
         self._mute: list[D] = []
         self._given_up_s = listened.s + patience_s
 
+    @abstractmethod
     def step(self, now_s: float) -> float:
-        """Repeat the stop."""
-        return self._brakes.step(self.left, now_s)
+        """Repeat the stop and ask the drives that do not stand; return when to call again."""
+
+    @abstractmethod
+    def stands(self, drive: D) -> bool:
+        """Return whether a drive has been seen to stand."""
+
+    @abstractmethod
+    def is_mute(self, drive: D) -> bool:
+        """Return whether a drive has left too many questions unanswered."""
+
+    @abstractmethod
+    def absence(self, mute: Sequence[D]) -> Timeout | RequestRejected:
+        """Return the reply that names missing drives."""
+
+    def settle(self, drive: D, now_s: float) -> None:  # noqa: ARG002
+        """Record that a drive stands."""
+        self.left.remove(drive)
+        self.standing.append(drive)
 
     def signal(self, now_s: float) -> Signal | None:
         """Return whether all drives stand, or that this will not be known."""
-        brakes = self._brakes
-        if not brakes.has_looked(now_s):
-            return None
         for drive in tuple(self.left):
-            if brakes.stands(drive):
-                self.left.remove(drive)
-                self.standing.append(drive)
-                brakes.settle(drive, now_s)
+            if self.stands(drive):
+                self.settle(drive, now_s)
         if not self.left:
             return Signal.STOPPED
-        self._mute = [drive for drive in self.left if brakes.is_mute(drive)]
+        self._mute = [drive for drive in self.left if self.is_mute(drive)]
         over = self._listened.s >= self._given_up_s
         return Signal.NOT_STOPPED if over or len(self._mute) == len(self.left) else None
 
@@ -212,7 +200,7 @@ class Braking(Generic[D]):
         if not self.left:
             return None
         if len(self._mute) == len(self.left):
-            return midway(self._brakes.absence(self._mute))
+            return midway(self.absence(self._mute))
         return RequestRejected(f"{self.left[0]} did not come to rest after a stop")
 
 
@@ -309,6 +297,32 @@ def homing_groups(groups: Groups, drives: Sequence[D]) -> list[tuple[D, ...]]:
     """Return the drives that home together, group after group."""
     motors = groups or tuple((motor,) for motor in range(len(drives)))
     return [tuple(drives[motor] for motor in group) for group in motors]
+
+
+@dataclass(frozen=True, slots=True)
+class HomingEstimate:
+    """How the drives of some groups home.
+
+    `rate_hz` is the speed of the fastest, infinite if one does not report its own. `longest` is the
+    most time that a group takes, and `lasts` what all take, one after the other.
+    """
+
+    rate_hz: float
+    longest: HomingTime
+    lasts: HomingTime
+
+
+def homing_estimate(
+    groups: Groups,
+    drives: Sequence[D],
+    rate_hz: Callable[[D], float],
+    time: Callable[[D], HomingTime],
+) -> HomingEstimate:
+    """Return how groups home, from the speed and the time of each drive."""
+    together = homing_groups(groups, drives)
+    times = [max(map(time, group)) for group in together]
+    fastest_hz = max(rate_hz(drive) for group in together for drive in group)
+    return HomingEstimate(fastest_hz, max(times), in_turn(times))
 
 
 def home_in_groups(

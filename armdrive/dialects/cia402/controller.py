@@ -29,7 +29,6 @@ from armdrive.dialects.controller import (
     Search,
     StopPart,
     Stopping,
-    in_turn,
 )
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -187,13 +186,12 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def search(self, request: HomeDevice) -> Search:
         """Bound the drives' own homing: by their heartbeat watch, else by their searches."""
-        times = self._requests.homing.times(request.groups)
-        lasts = in_turn(times)
+        found = self._requests.homing.estimate(request.groups)
         if not self.group.watches:
-            return Search(max(times).s, lasts=lasts)
-        rate_hz, silent_s = self._requests.homing.rate_hz(request.groups), self._unwatched_s
-        ramp_s = self.limits.quick_stop_s(rate_hz)
-        return Search(silent_s + ramp_s, (silent_s + ramp_s / 2.0) * rate_hz, lasts)
+            return Search(found.longest.s, lasts=found.lasts)
+        ramp_s, silent_s = self.limits.quick_stop_s(found.rate_hz), self._unwatched_s
+        most_steps = (silent_s + ramp_s / 2.0) * found.rate_hz
+        return Search(silent_s + ramp_s, most_steps, found.lasts)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""

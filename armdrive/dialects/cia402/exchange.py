@@ -211,8 +211,15 @@ class SetPointHandshakes:
             if drive.word is not None and drive.has_just_reported and host.receive(drive.word)
         }
 
-    def except_in(self, *phases: canopen.SetPointPhase) -> tuple[Cia402Drive, ...]:
-        """Take in the last statuswords; return the drives whose handshake is in no such phase."""
+    def not_ready(self) -> tuple[Cia402Drive, ...]:
+        """Take in the last statuswords; return the drives that cannot take a set-point yet."""
+        return self._except_in(canopen.SetPointPhase.ASKING)
+
+    def not_taken(self) -> tuple[Cia402Drive, ...]:
+        """Take in the last statuswords; return the drives that have not taken their set-point."""
+        return self._except_in(canopen.SetPointPhase.UNDER_WAY, canopen.SetPointPhase.FREE)
+
+    def _except_in(self, *phases: canopen.SetPointPhase) -> tuple[Cia402Drive, ...]:
         self.arrived()
         return tuple(drive for drive, host in self._hosts.items() if host.phase not in phases)
 
@@ -309,16 +316,11 @@ class DriveStates:
         if self.io.group.is_cyclic:
             return
         points = SetPointHandshakes({drive: drive.shaft.count for drive in drives})
-        yield from self._repeat(
-            lambda: points.except_in(canopen.SetPointPhase.UNDER_WAY, canopen.SetPointPhase.FREE),
-            lambda drive, _: points.send(self.io, drive),
-        )
+        yield from self._repeat(points.not_taken, lambda drive, _: points.send(self.io, drive))
 
     def ready(self, points: SetPointHandshakes) -> Script[None]:
         """Wait until every drive is ready for its set-point."""
-        left = yield from self._repeat(
-            lambda: points.except_in(canopen.SetPointPhase.ASKING), lambda _drive, _cycle: None
-        )
+        left = yield from self._repeat(points.not_ready, lambda _drive, _cycle: None)
         for drive in left:
             raise Obstructed(f"{drive} does not accept a set-point: call `reset()`")
 

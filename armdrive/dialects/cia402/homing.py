@@ -12,12 +12,13 @@ from dataclasses import dataclass, replace
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.phases import (
     Groups,
+    HomingEstimate,
     HomingSearch,
     HomingStatus,
     Phase,
     Signal,
     home_in_groups,
-    homing_groups,
+    homing_estimate,
 )
 from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
@@ -74,27 +75,22 @@ class Cia402Homing:
 
     def __init__(self, io: Cia402Exchange) -> None:
         self._io = io
-        self._speeds: dict[Cia402Drive, HomingSpeeds] = {}
-        """The speeds of the drives that report them."""
-        self._methods: dict[Cia402Drive, int] = {}
-        """The methods of the drives that report them."""
+        self._values: dict[Cia402Drive, Mapping[canopen.Place, int]] = {}
+        """Each drive's `HOMING_OBJECTS`, as far as it reports them or they were written."""
 
-    def rate_hz(self, groups: Groups) -> float:
-        """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
-        together = homing_groups(groups, self._io.drives)
-        return max(self._rate_hz(drive) for group in together for drive in group)
+    def estimate(self, groups: Groups) -> HomingEstimate:
+        """Return how fast some groups' drives home, and how long at most."""
+        return homing_estimate(groups, self._io.drives, self._rate_hz, self._time)
 
-    def times(self, groups: Groups) -> list[HomingTime]:
-        """Return how long each group searches at most."""
-        together = homing_groups(groups, self._io.drives)
-        return [max(map(self._time, group)) for group in together]
+    def _speeds(self, drive: Cia402Drive) -> HomingSpeeds | None:
+        return _speeds_of(drive, self._values.get(drive, {}))
 
     def _rate_hz(self, drive: Cia402Drive) -> float:
-        speeds = self._speeds.get(drive)
+        speeds = self._speeds(drive)
         return math.inf if speeds is None else speeds.fastest_hz
 
     def _time(self, drive: Cia402Drive) -> HomingTime:
-        speeds = self._speeds.get(drive)
+        speeds = self._speeds(drive)
         if speeds is None:
             return HomingTime(self._io.settings.homing_s, "cia402.homing_s")
         return HomingTime(speeds.lasts_s(self._range(drive)))
@@ -128,12 +124,12 @@ class Cia402Homing:
 
     def _searched(self, group: Sequence[Cia402Drive]) -> str:
         """Return how drives search, to be appended; empty if none reports its method."""
-        methods = (
-            f"homing method (6098) of {drive}: {homing_words(self._methods[drive])}"
-            for drive in group
-            if drive in self._methods
+        methods = {drive: self._values.get(drive, {}).get(canopen.HOMING_METHOD) for drive in group}
+        return "".join(
+            f"; homing method (6098) of {drive}: {homing_words(method)}"
+            for drive, method in methods.items()
+            if method is not None
         )
-        return "".join(f"; {words}" for words in methods)
 
     def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
         """Return the objects that define a drive's search, as far as the arm file states them."""
@@ -153,14 +149,7 @@ class Cia402Homing:
         found = yield from self._io.transfers.obtain({each.node: HOMING_OBJECTS for each in known})
         for drive in known:
             written = {each.place: each.value for each in self._jobs(drive)}
-            values = {**found[drive.node].values, **written}
-            if canopen.HOMING_METHOD in values:
-                self._methods[drive] = values[canopen.HOMING_METHOD]
-            speeds = _speeds_of(drive, values)
-            if speeds is None:
-                self._speeds.pop(drive, None)
-            else:
-                self._speeds[drive] = speeds
+            self._values[drive] = {**found[drive.node].values, **written}
 
 
 class Searching(CycleStage):

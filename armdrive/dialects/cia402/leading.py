@@ -16,8 +16,18 @@ from dataclasses import replace
 from functools import cache
 
 from armdrive.dialects.bus.drives import SLOW_BUS, not_heard_words
-from armdrive.dialects.bus.observer import LATE_OUTAGES, DriveFinding
-from armdrive.dialects.bus.phases import Act, Braking, Phase, Signal, Stage, Stages, run_phases
+from armdrive.dialects.bus.intervals import DriveFinding
+from armdrive.dialects.bus.observer import LATE_OUTAGES
+from armdrive.dialects.bus.phases import (
+    Act,
+    Acts,
+    Braking,
+    Phase,
+    Signal,
+    Stage,
+    Stages,
+    run_phases,
+)
 from armdrive.dialects.cia402.drives import Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
@@ -128,7 +138,7 @@ class MotionRun:
         the outage before."""
         self._outage_s = -math.inf
         """When the last outage began."""
-        self._braking = Braking(Cia402Brakes(self), (), io.listened, 0.0)
+        self._braking = Cia402Braking(self, ())
         """The stage of its stop; of no drives before that."""
         self._reply: Reply = Done()
 
@@ -146,8 +156,9 @@ class MotionRun:
             Phase.ARRIVING: cache(lambda: Arriving(self, mode, rest_cycles)),
             Phase.STOPPING: lambda: self._braking,
         }
-        acts = {
-            **dict.fromkeys((Act.STOP, Act.STOP_HARD, Act.EXPLAIN), self._brake),
+        acts: Acts = {
+            Act.STOP: self._brake,
+            Act.EXPLAIN: self._brake,
             Act.RESUME: self._ask_states,
             Act.HOLD: self._hold,
         }
@@ -265,9 +276,7 @@ class MotionRun:
     def _brake(self) -> None:
         """Stop the drives; the stage of stopping sends the quick stop."""
         self.interrupt()
-        patience_s = 2.0 * self.io.settings.quick_stop_s + BRAKING_S
-        brakes = Cia402Brakes(self)
-        self._braking = Braking(brakes, self.io.drives, self.io.listened, patience_s)
+        self._braking = Cia402Braking(self, self.io.drives)
 
     def _ask_states(self) -> Script[None]:
         """Read every drive's state before any SYNC on which it may act, unless a stop comes first.
@@ -426,23 +435,25 @@ class Arriving(CycleStage):
         return Signal.ARRIVED
 
 
-class Cia402Brakes:
+class Cia402Braking(Braking[Cia402Drive]):
     """How CiA 402 drives are stopped, and seen to stand and hold.
 
     A drive that has left the bus's operation exchanges no PDOs: because another program ordered
     that, or because it missed a heartbeat (CiA 301, object 1029). It is stopped and read by SDO.
     """
 
-    def __init__(self, run: MotionRun) -> None:
+    def __init__(self, run: MotionRun, drives: Sequence[Cia402Drive]) -> None:
+        patience_s = 2.0 * run.io.settings.quick_stop_s + BRAKING_S
+        super().__init__(drives, run.io.listened, patience_s)
         self._run, self._io, self._began_s = run, run.io, run.io.now_s
         self._asked: dict[Cia402Drive, SdoQueue] = {}
 
-    def step(self, left: Sequence[Cia402Drive], now_s: float) -> float:
+    def step(self, now_s: float) -> float:
         """Send the stop to drives that do not stand."""
         run, io = self._run, self._io
         if now_s < run.due_s:
             return run.due_s
-        for drive in left:
+        for drive in self.left:
             if not drive.operates or drive.missed >= WAIT_CYCLES:
                 if drive not in self._asked:
                     self._asked[drive] = io.transfers.stopping(drive)
@@ -452,12 +463,12 @@ class Cia402Brakes:
         io.last_command = "QUICK STOP"
         return run.begin_cycle(run.cycle_ends_s)
 
-    def has_looked(self, now_s: float) -> bool:  # noqa: ARG002
-        """Return whether a cycle has ended."""
+    def signal(self, now_s: float) -> Signal | None:
+        """Return at the end of a cycle whether all drives stand."""
         if not self._run.cycle_is_over:
-            return False
+            return None
         self._run.show_progress()
-        return True
+        return super().signal(now_s)
 
     def stands(self, drive: Cia402Drive) -> bool:
         """Return whether a drive has been seen to stand."""
@@ -468,9 +479,6 @@ class Cia402Brakes:
         if not drive.holds:
             return True  # nothing can be done about how it turns
         return self._run.seen_to_stand(drive, self._began_s, STOP_CYCLES)
-
-    def settle(self, drive: Cia402Drive, now_s: float) -> None:
-        """Do nothing: the targets follow when all drives stand."""
 
     def is_mute(self, drive: Cia402Drive) -> bool:
         """Return whether a drive has missed too many SYNCs."""

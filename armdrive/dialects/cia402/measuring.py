@@ -199,12 +199,15 @@ class UnitMeasurement:
         while True:
             away = BurstPart(back.goal + distance, fast, number)
             track = yield from self._prompt_turn(drive, away, back, TRY_S)
+            # on a part of the distance, a few rounded counts would tell the ramp only roughly
+            slow = track.distance < RISE[1] * distance and number < LARGEST_NUMBER
+            rise = track.within(RISE, distance)
             # s = a / 2 * t^2, whenever it began: the root of the distance grows evenly
-            if rise := track.within(RISE, distance):
+            if rise and not slow:
                 root = slope((s, math.sqrt(at)) for s, at in rise)
                 return 2.0 * root**2 / number
             yield from self._turn(drive, back, self._patience_s(distance))
-            if track.distance < RISE[1] * distance and number < LARGEST_NUMBER:
+            if slow:
                 number *= GROWTH
             elif distance < steps:
                 distance = steps
@@ -276,12 +279,13 @@ class Turn(CycleStage):
     def judge(self) -> Signal | None:
         """Return whether the motor stands at its goal, or its time is over."""
         drive, shaft = self._drive, self._drive.shaft
-        self._points.arrived()
         direction = 1 if self._goal >= self._begin else -1
         sampled_s = shaft.asked_s  # at the SYNC
         if not self.readings or sampled_s > self.readings[-1][0]:
             self.readings.append((sampled_s, direction * (drive.shaft.count - self._begin)))
             self.late |= shaft.read_s > sampled_s + PROMPT_REPLY_S
         near = abs(drive.shaft.count - self._goal) <= shaft.bounds.tremble
-        there = near and drive.stands(self.run.began_s, REST_S)
+        # it may never have left its goal; but it takes its next set-point only after this one
+        taken = not self._points.not_taken()
+        there = near and taken and drive.stands(self.run.began_s, REST_S)
         return Signal.ARRIVED if there or self.io.listened.s > self._until_s else None

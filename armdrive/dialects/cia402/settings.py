@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
-from armdrive.dialects.bus.observer import MAX_DELAY_S, Bounds
+from armdrive.dialects.bus.intervals import MAX_DELAY_S, Bounds
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting
 from armdrive.transports.can_health import BUSY_LOAD, frame_bits

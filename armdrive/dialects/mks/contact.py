@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import NoReturn, TypeAlias
 
 from armdrive.dialects.bus.drives import off_target_words, shared_words
-from armdrive.dialects.bus.observer import DriveFinding, Verdict
+from armdrive.dialects.bus.intervals import DriveFinding
+from armdrive.dialects.bus.observer import Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import TURNING, MksDrive, obeys_bus, setting_of
@@ -184,11 +185,11 @@ def stall_words(drive: MksDrive) -> str:
 
 def _departed_words(verdict: Verdict) -> str:
     if verdict.finding in (DriveFinding.OFF_PATH, DriveFinding.WEAK):
+        error = abs(round(verdict.place) - verdict.count)
         return (
-            f"{verdict.drive} has {counted(round(verdict.off), 'count')} of following error; the "
-            "other drives are on the "
-            "path. It is overloaded, its supply is too weak for its speed, or its firmware slows "
-            "down at new targets in motion (`segment_s = 0` under [mks] sends none)"
+            f"{verdict.drive} has {counted(error, 'count')} of following error; the other drives "
+            "are on the path. It is overloaded, its supply is too weak for its speed, or its "
+            "firmware slows down at new targets in motion (`segment_s = 0` under [mks] sends none)"
         )
     return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
 

@@ -21,7 +21,6 @@ from armdrive.dialects.controller import (
     Search,
     StopPart,
     Stopping,
-    in_turn,
 )
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, fix
@@ -190,13 +189,13 @@ class MksController(ScriptRunner[Event]):
 
         A drive that does not report its speed may go on for all the time that the arm file allows.
         """
-        rate_hz, times = self._homing.rate_hz(request.groups), self._homing.times(request.groups)
-        lasts, is_known = in_turn(times), math.isfinite(rate_hz)
+        found = self._homing.estimate(request.groups)
+        rate_hz, is_known = found.rate_hz, math.isfinite(found.rate_hz)
         brakes_s = rate_hz / HOMING_SLOPE if is_known else 0.0
         if not (is_known and self.watched):
-            return Search(max(times).s + brakes_s, lasts=lasts)
+            return Search(found.longest.s + brakes_s, lasts=found.lasts)
         silent_s = self.settings.watchdog_s + HOST_DELAY_S
-        return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz, lasts)
+        return Search(silent_s + brakes_s, (silent_s + brakes_s / 2.0) * rate_hz, found.lasts)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each drive's deviation from the straight path; steered drives stay on it."""

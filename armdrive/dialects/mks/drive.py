@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from armdrive.dialects.bus.observer import Bounds, ObservedDrive
+from armdrive.dialects.bus.intervals import Bounds
+from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.mks.settings import MksSettings
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (

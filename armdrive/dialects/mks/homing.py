@@ -9,17 +9,18 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, midway, shared_words
-from armdrive.dialects.bus.observer import DriveFinding
+from armdrive.dialects.bus.intervals import DriveFinding
 from armdrive.dialects.bus.phases import (
     Act,
     Groups,
+    HomingEstimate,
     HomingSearch,
     HomingStatus,
     Phase,
     Signal,
     Stages,
     home_in_groups,
-    homing_groups,
+    homing_estimate,
     run_phases,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
@@ -79,15 +80,12 @@ class MksHoming:
         self._rates_hz: dict[MksDrive, float] = {}
         """The homing speed that each drive reported, in counts a second."""
 
-    def rate_hz(self, groups: Groups) -> float:
-        """Return the fastest homing speed of some groups' drives; infinity if one is unknown."""
-        together = homing_groups(groups, self._io.drives)
-        return max(self._rates_hz.get(drive, math.inf) for group in together for drive in group)
+    def estimate(self, groups: Groups) -> HomingEstimate:
+        """Return how fast some groups' drives home, and how long, ramps excluded."""
+        return homing_estimate(groups, self._io.drives, self._rate_hz, self._time)
 
-    def times(self, groups: Groups) -> list[HomingTime]:
-        """Return how long each group turns until its switches, ramps excluded."""
-        together = homing_groups(groups, self._io.drives)
-        return [max(map(self._time, group)) for group in together]
+    def _rate_hz(self, drive: MksDrive) -> float:
+        return self._rates_hz.get(drive, math.inf)
 
     def _time(self, drive: MksDrive) -> HomingTime:
         """Return how long a drive turns through its range, at whose end its switch stands.
@@ -119,7 +117,7 @@ class MksHoming:
             braking = self._stops.brake(drives, hard=True)
 
         stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
-        acts = {Act.STOP_HARD: stop, Act.HOLD: lambda: self._stops.hold(braking, judged=False)}
+        acts = {Act.STOP: stop, Act.HOLD: lambda: self._stops.hold(braking, judged=False)}
         yield from run_phases(io, Phase.HOMING, stages, acts)
         if search.wrong:
             return RequestRejected((yield from self._explained(search)))

@@ -16,12 +16,9 @@ from armdrive.dialects.bus.drives import (
     midway,
     not_heard_words,
 )
+from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
-from armdrive.dialects.bus.observer import (
-    MAX_DELAY_S,
-    DriveFinding,
-    Verdict,
-)
+from armdrive.dialects.bus.observer import Verdict
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
@@ -80,14 +77,13 @@ class MksMotion:
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""
         io = self._io
-        trip = Trip(request, io.drives, io.settings.segment_s)
-        run = MotionRun(
-            io, self._stops, self._inquiry, io.settings.segment_s, trip, request.released
-        )
+        period_s = io.settings.segment_s
+        steering = Steering(io, Trip(request, io.drives, period_s))
+        run = MotionRun(io, self._stops, self._inquiry, period_s, steering, request.released)
         try:
             return (yield from run.carry_out(Phase.MOVING))
         finally:
-            self.underruns += trip.underruns
+            self.underruns += steering.trip.underruns
 
     def arrive(self, expected_s: float) -> Script:
         """Wait until drives that have targets stand there."""
@@ -96,7 +92,7 @@ class MksMotion:
 
 
 class MotionRun:
-    """One motion: its stages share it, and its actions change it. A burst has no trip."""
+    """One motion: its stages share it, and its actions change it. A burst is not steered."""
 
     def __init__(
         self,
@@ -104,14 +100,16 @@ class MotionRun:
         stops: MksStops,
         inquiry: MksInquiry,
         expected_s: float,
-        trip: Trip | None = None,
+        steering: Steering | None = None,
         released: Callable[[], bool] = never,
     ) -> None:
         self.io, self.stops, self.inquiry = io, stops, inquiry
-        self.released, self.trip = released, trip
+        self.released, self.steering = released, steering
+        self.trip = None if steering is None else steering.trip
         self.expected_s = expected_s
         """How long the drives take to their targets once all orders have been sent."""
-        self.steering = Steering(io)
+        self.refused: RequestRejected | None = None
+        """Why a target cannot be commanded."""
         self.trouble: Verdict | Alert | None = None
         """What is wrong and ends the motion."""
         self.short: set[MksDrive] = set()
@@ -139,10 +137,10 @@ class MotionRun:
             Act.REPEAT: self._repeat,
             Act.HOLD: self._hold,
         }
-        if self.trip is not None:
-            trip = self.trip
-            stages[Phase.MOVING] = lambda: Moving(self, trip)
-            acts[Act.RESUME] = lambda: self._resume(trip)
+        if self.steering is not None:
+            steering = self.steering
+            stages[Phase.MOVING] = lambda: Moving(self, steering)
+            acts[Act.RESUME] = lambda: self._resume(steering.trip)
         yield from run_phases(self.io, phase, stages, acts, self.released)
         unstopped = self.braking.unstopped()
         # after trouble, its own words say more than those about the stop
@@ -170,7 +168,7 @@ class MotionRun:
 
     def _stop(self) -> None:
         """Stop the drives, and judge where they come to rest: no other check does."""
-        self._reply = self.steering.refused or Halted()
+        self._reply = self.refused or Halted()
         self._judged = True
         hard = self.io.stop_hard
         self.braking = self.stops.brake(self.io.under_way, hard=hard, judged=True)
@@ -289,8 +287,9 @@ class Polling:
 class Moving:
     """The drives are steered and observed."""
 
-    def __init__(self, run: MotionRun, trip: Trip) -> None:
-        self._run, self._io, self._trip = run, run.io, trip
+    def __init__(self, run: MotionRun, steering: Steering) -> None:
+        self._run, self._io = run, run.io
+        self._steering, self._trip = steering, steering.trip
         self._polling = Polling(run.io)
         self._asked_at_s = 0.0
         self._compared = True
@@ -298,7 +297,8 @@ class Moving:
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
         run, observer = self._run, self._io.observer
-        if run.steering.refused is not None:
+        if self._steering.refused is not None:
+            run.refused = self._steering.refused
             return Signal.OUT_OF_RANGE
         if run.blame(run.reported()):
             return Signal.TROUBLE
@@ -314,7 +314,7 @@ class Moving:
         """Send the next orders and ask for positions."""
         io, trip = self._io, self._trip
         if now_s >= trip.due_s - 1e-9:
-            self._run.steering.steer(trip)
+            self._steering.steer()
         if self._polling.poll(now_s):
             self._asked_at_s, self._compared = trip.at_s(now_s), False
         for drive in io.observer.to_retry(now_s):

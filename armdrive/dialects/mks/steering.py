@@ -13,7 +13,7 @@ import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.contour import ContourCheck
-from armdrive.dialects.bus.observer import MAX_DELAY_S
+from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange
@@ -119,17 +119,17 @@ class Trip:
 class Steering:
     """Sends the drives their orders along a trip."""
 
-    def __init__(self, io: MksExchange) -> None:
-        self._io = io
+    def __init__(self, io: MksExchange, trip: Trip) -> None:
+        self._io, self.trip = io, trip
         self.refused: RequestRejected | None = None
         """Why a target cannot be commanded."""
 
-    def steer(self, trip: Trip) -> None:
+    def steer(self) -> None:
         """Send every moving drive its next order, unless one of them may have restarted.
 
         It would turn there from its new zero. Without orders, all end at their last targets.
         """
-        io, period_s = self._io, self._io.settings.segment_s
+        io, trip, period_s = self._io, self.trip, self._io.settings.segment_s
         trip.advance(io.now_s)
         if any(drive.may_have_restarted(io.now_s) for drive in io.drives):
             return
@@ -142,14 +142,14 @@ class Steering:
         for motor, (drive, heading) in enumerate(zip(io.drives, headings, strict=True)):
             drive.course.advance(io.now_s)
             share = shares[motor]
-            order = self._last(trip, motor) if last else self._next(trip, motor, heading, share)
+            order = self._last(motor) if last else self._next(motor, heading, share)
             if order is None:
                 continue
             target, rpm = order
             # These may be farther from their target than their course says, or too slow for it.
             # Each gets a speed, or a nearer target, that it reaches in the announced time.
             if last or trip.contour.apart or rpm < CREEP_RPM or self._is_unconfirmed(drive):
-                target, rpm = self._in_time(trip, motor, target, rpm)
+                target, rpm = self._in_time(motor, target, rpm)
             if (refused := beyond(drive, target)) is not None:
                 self.refused = refused
                 return
@@ -167,18 +167,18 @@ class Steering:
         acc = ramp_to(drive.course, target, most, share, kept)
         self._io.send(drive, MoveAbsoluteAxis(target, rpm, acc))
 
-    def _in_time(self, trip: Trip, motor: int, target: int, rpm: int) -> tuple[int, int]:
+    def _in_time(self, motor: int, target: int, rpm: int) -> tuple[int, int]:
         """Return a target and speed that a drive reaches in the announced time, by its reading.
 
         It turns no faster than the path did within the last second. If that is not enough, its
         target is nearer and the motion takes longer.
         """
-        drive, ahead_s = self._io.drives[motor], self._ahead_s(trip)
+        drive, trip, ahead_s = self._io.drives[motor], self.trip, self._ahead_s
         fastest = trip.path.fastest(motor, trip.time_s - KEPT_S, trip.time_s + ahead_s)
         most = max(rpm, trip.most_rpm(fastest / COUNTS_S_PER_RPM))
         left = self._left(drive, target)
         if rpm_within(left, ahead_s) <= most:
-            return target, max(rpm, min(rpm_within(left, self._left_s(trip)), most))
+            return target, max(rpm, min(rpm_within(left, self._left_s), most))
         ahead = math.copysign(1.0, target - drive.course.place)
         nearer = round(target - ahead * (left - most * COUNTS_S_PER_RPM * ahead_s))
         read_s = self._io.now_s - drive.asked_s  # it may have moved as fast as that since
@@ -214,11 +214,9 @@ class Steering:
         refresh_s = drive.course.ordered_s + REFRESH_PERIODS * self._io.settings.segment_s
         return rpm * COUNTS_S_PER_RPM != drive.course.max_speed or self._io.now_s >= refresh_s
 
-    def _next(
-        self, trip: Trip, motor: int, heading: Heading, share: float
-    ) -> tuple[int, int] | None:
+    def _next(self, motor: int, heading: Heading, share: float) -> tuple[int, int] | None:
         """Return a drive's next target and speed; None if its present order still fits."""
-        drive, period_s = self._io.drives[motor], self._io.settings.segment_s
+        drive, trip, period_s = self._io.drives[motor], self.trip, self._io.settings.segment_s
         if not heading.direction:
             return self._to_rest(drive, heading) if drive.moving else None
         until_s = min(trip.time_s + trip.rate * period_s, heading.until_s)
@@ -236,19 +234,22 @@ class Steering:
         rpm = _whole_rpm(round(needed / COUNTS_S_PER_RPM), most)
         speed, acc = rpm * COUNTS_S_PER_RPM, shared_acc(self._io.settings.acceleration, share)
         brakes = speed**2 / (2.0 * slope_of(acc))  # else a gentle ramp would begin too early
-        sent = speed * (self._ahead_s(trip) - period_s / 2.0) + brakes
+        sent = speed * (self._ahead_s - period_s / 2.0) + brakes
         room = min(heading.direction * (heading.end - place), sent)
         return (round(place + heading.direction * room), rpm) if room > 0.5 else None
 
-    def _ahead_s(self, trip: Trip) -> float:
-        """Return how long a drive turns at most if no further order reaches it."""
-        return max(trip.ahead_s, 1.5 * self._io.settings.segment_s)
+    @property
+    def _ahead_s(self) -> float:
+        """How long a drive turns at most if no further order reaches it."""
+        return max(self.trip.ahead_s, 1.5 * self._io.settings.segment_s)
 
-    def _left_s(self, trip: Trip) -> float:
-        """Return how long a drive that is behind may take to its target.
+    @property
+    def _left_s(self) -> float:
+        """How long a drive that is behind may take to its target.
 
         Where the path ends, that is until its end: a pause is over when the others stand there.
         """
+        trip = self.trip
         left_s = trip.path.end_s - trip.time_s if trip.ending else math.inf
         return max(min(trip.ahead_s, left_s), 1.5 * self._io.settings.segment_s)
 
@@ -259,9 +260,9 @@ class Steering:
             return None
         return rest, _whole_rpm(round(drive.course.max_speed / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
 
-    def _last(self, trip: Trip, motor: int) -> tuple[int, int] | None:
+    def _last(self, motor: int) -> tuple[int, int] | None:
         """Return the end of the motion, and the speed that reaches it in time."""
-        drive, path = self._io.drives[motor], trip.path
+        drive, trip, path = self._io.drives[motor], self.trip, self.trip.path
         end = path.end[motor]
         if not drive.moving and drive.goal == end:
             return None

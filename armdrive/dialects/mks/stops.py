@@ -10,8 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Sequence
 
+from armdrive.dialects.bus.intervals import DriveFinding
 from armdrive.dialects.bus.ledger import MUTE_POLLS
-from armdrive.dialects.bus.observer import APART_S, DriveFinding
+from armdrive.dialects.bus.observer import APART_S
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.exchange import Obstructed
@@ -56,7 +57,7 @@ ORDER_DELAY_S = 0.003
 """The longest time until an order takes effect: its frame, those before it, a late loop."""
 
 
-class MksBrakes:
+class MksBraking(Braking[MksDrive]):
     """How MKS drives are stopped, and seen to stand.
 
     The stop is repeated until each drive reports braking, and if it reports running after that,
@@ -75,6 +76,8 @@ class MksBrakes:
         judged: bool = False,
         repeats: bool = True,
     ) -> None:
+        patience_s = 2.0 * stops.ramp_s + 20.0 * io.settings.answer_s + 0.5
+        super().__init__(drives, io.listened, patience_s)
         self._io, self._stops = io, stops
         self._hard, self._judged, self._repeats = hard, judged, repeats
         self._unconfirmed = tuple(drives) if repeats else ()
@@ -82,9 +85,9 @@ class MksBrakes:
         for drive in drives:
             drive.state = None
 
-    def step(self, left: Sequence[MksDrive], now_s: float) -> float:
+    def step(self, now_s: float) -> float:
         """Send the stop to drives that do not brake, and ask all that do not stand."""
-        io = self._io
+        io, left = self._io, self.left
         if io.stop_hard and not self._hard and self._repeats:
             self._hard, self._unconfirmed = True, tuple(left)
             self._stops.send(left, hard=True)
@@ -107,10 +110,6 @@ class MksBrakes:
             self._due_s = now_s + STOP_POLL_S
         return self._due_s
 
-    def has_looked(self, now_s: float) -> bool:  # noqa: ARG002
-        """Return True: every reply is news."""
-        return True
-
     def stands(self, drive: MksDrive) -> bool:
         """Return whether a drive reports that it stands and two separate readings agree.
 
@@ -122,6 +121,7 @@ class MksBrakes:
 
     def settle(self, drive: MksDrive, now_s: float) -> None:
         """Record that a drive stands, and report one that stands off its path."""
+        super().settle(drive, now_s)
         self._io.host.settle(drive.node)
         if self._judged and drive.course.max_speed:  # a homing drive has no path
             if drive.finding is DriveFinding.RESTARTED:
@@ -174,7 +174,7 @@ class MksStops:
         for drive in drives:
             drive.stop(self._io.now_s)
         self.send(drives, hard=hard)
-        return self._braking(drives, MksBrakes(self._io, self, drives, hard=hard, judged=judged))
+        return MksBraking(self._io, self, drives, hard=hard, judged=judged)
 
     def halt(self, drives: Collection[MksDrive]) -> MksScript[None]:
         """Stop drives and wait until they stand. Raises `Obstructed` if that is not known.
@@ -188,10 +188,6 @@ class MksStops:
         yield from run_phases(self._io, Phase.STOPPING, stages, hold)
         if (unstopped := braking.unstopped()) is not None:
             raise Obstructed(unstopped)
-
-    def _braking(self, drives: Collection[MksDrive], brakes: MksBrakes) -> Braking[MksDrive]:
-        patience_s = 2.0 * self.ramp_s + 20.0 * self._io.settings.answer_s + 0.5
-        return Braking(brakes, drives, self._io.listened, patience_s)
 
     # -- drives that push ---------------------------------------------------------------------
     #
@@ -234,8 +230,7 @@ class MksStops:
 
         They get no stop, not even an emergency stop: it would leave them pushing.
         """
-        brakes = MksBrakes(self._io, self, drives, repeats=False)
-        braking = self._braking(drives, brakes)
+        braking = MksBraking(self._io, self, drives, repeats=False)
         if drives:
             stages = {Phase.STOPPING: lambda: braking}
             yield from run_phases(self._io, Phase.STOPPING, stages, {Act.HOLD: lambda: None})

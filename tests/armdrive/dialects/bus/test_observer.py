@@ -13,13 +13,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from armdrive.dialects.bus.contour import ContourCheck
-from armdrive.dialects.bus.observer import (
-    MAX_DELAY_S,
-    Bounds,
-    DriveFinding,
-    ObservedDrive,
-    Observer,
-)
+from armdrive.dialects.bus.intervals import MAX_DELAY_S, Bounds, DriveFinding
+from armdrive.dialects.bus.observer import ObservedDrive, Observer
 from armdrive.dialects.bus.paths import Course, PlannedPath
 from armdrive.tasks import MoveBy
 from kinematics import Motors

@@ -10,7 +10,7 @@ import random
 
 import pytest
 from amounts import amount, every_row, in_pairs
-from cia402_rig import Rig, steps
+from cia402_rig import QUICK, Rig, steps
 
 from armdrive.dialects.exchange import ListenedTime
 from armdrive.tasks import (
@@ -40,7 +40,7 @@ class BusyRig(Rig):
     """A controller that is called late, or hears late what its drives say, while it is busy."""
 
     def __init__(self, late: str, seed: int, **settings) -> None:
-        super().__init__(settings)
+        super().__init__(QUICK | settings)
         self.busy = False
         self._program, self._wire = "program" in late, "wire" in late
         self._random = random.Random(seed)

@@ -22,8 +22,8 @@ FAST = MoveBy(steps(30_000), 20_000.0)
 
 
 def rig_with(settings: dict | None = None, **options) -> Rig:
-    """Return a bench with half as many cycles as usual, because slow turns take their time."""
-    return Rig({"period_ms": 20} | (settings or {}), **options)
+    """Return a bench with few cycles, because slow turns take their time."""
+    return Rig({"period_ms": 30} | (settings or {}), **options)
 
 
 @pytest.mark.parametrize(("unit", "unit_hz"), [(RPM, RPM_HZ), (TENTH_OF_RPM, RPM_HZ / 10)])
@@ -101,7 +101,7 @@ def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strat
         most = max(most, abs(rig.node(2).motor.point.rate(rig.now_s)))
     assert isinstance(reply, MeasuredUnits)
     assert reply.speed_hz == pytest.approx(speed, rel=0.03)
-    assert reply.ramp_hz_s == pytest.approx(ramp, rel=0.05)
+    assert reply.ramp_hz_s == pytest.approx(ramp, rel=0.03)
     assert words in str(reply)
     assert not reply.reported
     assert {way[0] for way in seen} == {0}
@@ -110,6 +110,15 @@ def test_units_are_measured_by_slow_turns_of_one_motor(speed, ramp, words, strat
     assert most < 12_000.0
     assert rig.now_s < 40.0
     assert not rig.alerts()
+
+
+@pytest.mark.parametrize("ramp", [RPM_HZ, RPM_HZ / 10])
+def test_units_are_measured_also_with_the_longest_cycle(ramp):
+    rig = rig_with({"period_ms": 50}, missing="60A9", speed_unit=RPM_HZ, ramp_unit=ramp).ready()
+    reply = rig.do(MeasureUnits(0, 2778), 60.0)
+    assert isinstance(reply, MeasuredUnits), reply
+    assert reply.speed_hz == pytest.approx(RPM_HZ, rel=0.03)
+    assert reply.ramp_hz_s == pytest.approx(ramp, rel=0.03)
 
 
 def test_a_unit_that_the_drive_tells_is_measured_too():

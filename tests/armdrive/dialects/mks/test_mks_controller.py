@@ -436,7 +436,7 @@ def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
     firmware, most_s, remedy
 ):
     bench = MksBench(firmware, settings={"homing_s": 2.0}).ready()
-    bench.node(5).sim.flash.put(homing_at(5 * HOMES_RPM))
+    bench.node(5).sim.flash.put(homing_at(10 * HOMES_RPM))
     bench.node(5).block()
     began_s = bench.now_s
     words = denied(bench.do(HomeDevice(((4,),)), 100.0))

@@ -25,6 +25,7 @@ from mks_bench import (
 )
 from test_mks_arm import ready
 
+from armdrive.arm import moving
 from armdrive.status import State, Trust
 from armdrive.tasks import AlertKind, Done, Halted, MoveAlong, MoveBy, RequestRejected, Timeout
 from kinematics import Motors
@@ -141,7 +142,7 @@ def test_a_motion_on_a_bus_that_is_always_slow_ends_by_itself_and_blames_no_driv
     late, after_s, settings
 ):
     late_s, words = late
-    moves, start = straight(16), Motors((500_000,) * 6)
+    moves, start = straight(12), Motors((500_000,) * 6)
     bench = MksBench(starts=tuple(start), settings=settings).ready()
     bench.begin(MoveBy(total(moves), 60_000.0) if settings == BURSTS else along(moves))
     bench.run(after_s)
@@ -222,8 +223,8 @@ def test_a_bus_that_falls_silent_in_such_a_pause_is_reported():
 
 # -- a whole arm ----------------------------------------------------------------------------------
 
-PAUSED_S = 90.0
-"""Longer than the call waits for its motion if nothing pauses it: a minute and some seconds."""
+PAUSED_S = 20.0
+"""Longer than the call waits for its motion if nothing pauses it, and its patience is short."""
 
 
 def arm_paused_in_a_hold_up(for_s):
@@ -236,7 +237,8 @@ def arm_paused_in_a_hold_up(for_s):
     return arm
 
 
-def test_the_call_waits_for_as_long_as_the_arm_is_paused():
+def test_the_call_waits_for_as_long_as_the_arm_is_paused(monkeypatch):
+    monkeypatch.setattr(moving, "PATIENCE_S", 3.0)
     arm = arm_paused_in_a_hold_up(PAUSED_S)
     arm.move_j(base_deg=30)
     assert arm.parts.pace.now_s() > PAUSED_S
