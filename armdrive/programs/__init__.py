@@ -11,7 +11,7 @@ Which file decides what:
     rehearsal         the same acts on a simulated twin, its assumptions, and its time limit
     progress          the progress of a run, and its remaining time
     journal           the record of an interrupted run, and whether it may be resumed
-    session, shell    lines typed at a prompt, and the prompt's own words
+    session, shell    lines typed at a prompt, and the table of the prompt's own words
     scripts           Python scripts on the chosen arm; `script_rehearsal` on its twin
     teaching/         places of the arm written as lines of a program
     problems          mistakes in a program, shown below their line
