@@ -125,7 +125,7 @@ def test_an_unknown_word_is_answered_with_the_nearest_command_or_the_help(call):
 
 @every_row("word", INSTEAD)
 def test_a_word_of_another_program_is_answered_with_the_command_to_type(call, word):
-    assert f"type `{INSTEAD[word]}`" in call.refused(*word.split(), code=2)
+    assert f"type `{INSTEAD[word]}`" in call.refused(word, code=2)
     assert INSTEAD[word].split()[1] in COMMANDS
 
 
