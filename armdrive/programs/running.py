@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
@@ -250,34 +250,22 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
 # The run of a program: its machine gives acts, a performer carries them out, onlookers watch.
 
 
-def no_machine() -> Machine:
-    """Raise `BadRequest`: a script has no machine."""
-    raise BadRequest("a Python script has no acts")
-
-
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """A program to be run, and the assumptions of its rehearsal.
+    """A program to be run, from its beginning or from where it was interrupted.
 
     `source` returns a machine at the beginning, for each loop; `loops` is how many there are, or
     `FOR_EVER`. A resumed program is in loop number `loop`, and `machine` returns its machine;
-    `left` is the rest of its first move, and `outputs` are the output bits that it had set.
-
-    `inputs` are the known inputs, counted from 1. `width_mm` is the width of the objects that the
-    fingers find if no block is known, None if they find none. With `settle` an unknown position is
-    assumed; with `traced` the tip's path is recorded. With `goes_on` more lines follow at a prompt.
+    `left` is the rest of its first move, and `outputs` are the output bits that it had set. With
+    `goes_on` more lines follow at a prompt.
     """
 
-    source: Callable[[], Machine] = no_machine
+    source: Callable[[], Machine]
     loops: int = 1
     loop: int = 1
     machine: Callable[[], Machine] | None = None
     left: ProgramMove | None = None
     outputs: int = 0
-    inputs: Mapping[int, bool] = field(default_factory=dict)
-    width_mm: float | None = None
-    settle: bool = False
-    traced: bool = False
     goes_on: bool = False
 
     @property
