@@ -15,7 +15,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import switch_on
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
-from armdrive.cli.program.run_arm import connect_to_run, keep_recording, slow_down, stands_at
+from armdrive.cli.program.run_arm import connect_to_run, keep_recording, stands_at
 from armdrive.cli.program.run_output import Display, RunOutput, script_words
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
@@ -99,7 +99,6 @@ class _RunningProgram:
 
     def run(self) -> int:
         """Rehearse, carry out, and say how it ended."""
-        slow_down(self._arm, self._options)
         plan = _plan(ArmProgram(self._program, self._arm.config), self._arm, self._options)
         patience = Patience(BEFORE_RUN_S, self._output.rehearsing)
         rehearsal = rehearse(SeenArm.of(self._arm), plan, patience, _said(self._options))
@@ -211,7 +210,6 @@ def _seen(options: argparse.Namespace, look: Callable[[Arm | None], T]) -> tuple
     """
     try:
         with contextlib.closing(connect_to_run(options)) as arm:
-            slow_down(arm, options)
             return SeenArm.of(arm), look(arm), ""
     except (LinkError, ArmInUse, DeviceFault) as error:
         target = chosen_target(options)
