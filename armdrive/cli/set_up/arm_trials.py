@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import read
+from armdrive.cli.arm_files import path_of
 from armdrive.cli.presenter import Result
 from armdrive.cli.questions import TerminalPerson
 from armdrive.cli.set_up.attendance import Attendance, attendance, is_simulated
@@ -62,7 +62,7 @@ def _to_change(options: argparse.Namespace) -> tuple[Path, ArmConfig]:
 
     Raises `OSError` if it could not be written after the trial.
     """
-    path = read(options.name).path
+    path = path_of(options.name)
     config = load_arm(path)
     if not is_simulated(options):
         require_writable(path.parent)  # before a person and the motors work for nothing
