@@ -375,6 +375,7 @@ RUNS = {
         [(1, 1, 0, 95), (2, 1, 30, 65), (3, 1, 60, 35), (2, 1, 30, 65)]),
     "the last rehearsed loop stands for the rest": (
         LOOPS, 4, [(1, 1, 0, 95), (1, 2, 40, 55), (1, 3, 60, 35), (1, 4, 80, 15)]),
+    "more loops than anyone counts": (LOOPS, 10**12, [(1, 10**12, 100, 15)]),
     "without an end it is the loop that counts": (LOOPS, FOR_EVER, [(1, 700, 0, 15)]),
     "nothing is known without a rehearsal": ((), 1, [(1, 1, None, None)]),
     "nothing takes time": ([took((1, 0.0))], 1, [(1, 1, 0, 0)]),
@@ -395,6 +396,7 @@ def test_how_far_a_run_has_come(name):
 def test_the_whole_time_is_known_unless_there_is_no_end():
     assert RunProgress([ONCE]).total_s == 100
     assert RunProgress(LOOPS, repeated=4).total_s == 100
+    assert RunProgress(LOOPS, repeated=10**12).total_s == 40 + 20 * (10**12 - 1)
     assert RunProgress(LOOPS, repeated=FOR_EVER).total_s is None
     assert RunProgress(()).total_s is None
 
