@@ -1,5 +1,9 @@
 """Rehearses a program on the arm's simulated twin: the same acts by the same code.
 
+`rehearse` makes a twin that stands where the arm stands (`rehearsing_arm`), and has a `ProgramRun`
+carry the acts out on it: the `Rehearser` is a performer that makes assumptions, and the
+`_RehearsalWatch` an onlooker that notes how long each act takes and ends what would never end.
+
 The twin cannot know the inputs, the width of an object to be grasped, or an unknown position. It
 assumes them, and lists its assumptions. A refusal is part of the result.
 """
@@ -77,7 +81,6 @@ class RehearsalOptions:
 NOTHING_SAID = RehearsalOptions()
 
 WORDS = {True: "on", False: "off"}
-
 
 NAP_S = 1.0
 """The longest sleep of a twin: during a longer wait nothing more happens to it."""

@@ -1,5 +1,8 @@
 """Carries out the acts of a program on an arm, using only the arm's public calls.
 
+`ProgramRun` takes acts from a machine and tells onlookers of each; a `Performer` carries an act
+out; `Waits` ends every wait at a stop, and lengthens it by a pause.
+
 A stop ends the program at any moment, also between two acts. An interrupted act has no answer, so a
 resumed program repeats it. A suspension of this process or its computer also ends the program,
 unless a person then continues it. While the arm is paused, no act begins.
@@ -337,6 +340,7 @@ class ProgramRun:
             onlooker.begins(step, machine)
         now_s = performer.arm.parts.pace.now_s
         began_s = now_s()
+        # without an answer the act is repeated by a resumed program, so it is given only now
         answer = performer.perform(act)
         machine.answer(answer)
         self.done += 1

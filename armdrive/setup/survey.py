@@ -191,6 +191,7 @@ def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[
 # A CAN bus: its traffic, its adapter, and the drives that answer.
 
 MOST_SHOWN = 3
+"""The most commands of another program that a finding quotes."""
 
 
 def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding]:
@@ -314,6 +315,7 @@ def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
 
 PERIOD_S = 0.01
 DEADLINES = 60
+"""More than half a second of deadlines, ten times as dense as bursts are sent."""
 
 LATE_S = 5e-3
 """One deadline in a hundred may be this late: a burst lasts about 100 ms."""

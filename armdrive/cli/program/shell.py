@@ -49,7 +49,7 @@ else:
     READLINE = readline
 
 HISTORY = "shell_history"
-LARGEST_BYTES = 1_000_000
+LARGEST_BYTES = 1_000_000  # of the history: its last lines, where it has grown longer
 MOST_LINES = 1000
 """Lines that the history keeps."""
 
