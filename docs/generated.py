@@ -21,6 +21,7 @@ from armdrive.cli.commands import EXIT_CODES, ROWS
 from armdrive.cli.runner import command_parser
 from armdrive.config.write import complete
 from armdrive.programs.language import words as language
+from armdrive.programs.shell import OWN_WORDS
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.cia402.quirks import ALWAYS as CIA402_ALWAYS
@@ -196,7 +197,7 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "keys": lambda: as_markdown(DEFAULT_KEYS),
         "words": _program_words,
         "shell words": lambda: _table(
-            ("word", "what it does"), ((f"`{word.pattern}`", word.says) for word in language.SHELL)
+            ("word", "what it does"), ((f"`{row.pattern}`", row.says) for row in OWN_WORDS.values())
         ),
         "evidence": lambda: _table(
             ("observation", "position afterwards"),

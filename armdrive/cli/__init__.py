@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import sys
 
-from armdrive.cli.commands import EXIT_CODES, EXIT_CODES_TOPIC, GROUPS, INSTEAD, ROWS
+from armdrive.cli.commands import EXIT_CODES, EXIT_CODES_TOPIC, GROUPS, ROWS
 
 TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _print(f"armdrive {version('armdrive')}\n")
     from armdrive.cli.runner import refuse, run_command
 
-    if word not in ROWS or " ".join(words[:2]) in INSTEAD:
+    if word not in ROWS:
         return refuse(words)
     function, _ = ROWS[word]
     return run_command(word, function, words[1:])

@@ -1,14 +1,12 @@
-"""Arm files on the command line: read one by name, the default arm, and the chosen arm."""
+"""Arm files on the command line: one by its name, the default arm, and the chosen arm."""
 
 from __future__ import annotations
 
 import argparse
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from armdrive.config.arm import ArmConfig, read_arm_table
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, ending_hint
@@ -23,15 +21,6 @@ LARGEST_BYTES = 4096
 """The most bytes that are read of the file with the default arm's name."""
 
 
-@dataclass(frozen=True, slots=True)
-class ArmText:
-    """An arm file as it stands on the disk, parsed as TOML and no further."""
-
-    name: str
-    path: Path
-    table: dict[str, Any]
-
-
 def path_of(name: str) -> Path:
     """Return the file of an arm's name, or of a path. Raises `ArmFileError` if there is none."""
     path = arm_path(name)
@@ -41,12 +30,6 @@ def path_of(name: str) -> Path:
     hint = suggestion(name.removesuffix(ENDING), known)
     there = f"known: {', '.join(known)}" if known else "there is none yet: armdrive config new"
     raise ArmFileError(f"no arm file is called {name!r} ({there}){ending_hint(name)}{hint}")
-
-
-def read(name: str) -> ArmText:
-    """Return an arm file's table. Raises `ArmFileError` if it is no TOML."""
-    path = path_of(name)
-    return ArmText(path.stem, path, read_arm_table(path))
 
 
 def _default_path() -> Path:

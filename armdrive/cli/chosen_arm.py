@@ -116,7 +116,7 @@ def connect_remembered(
             allow_restored=allow_restored,
             tracer=FlightRecorder(places.recordings()),
         )
-        # the lock last: only then may another command read the world
+        # in this order: once the lock is released, another command may read the world
         closers = (lambda: _save(config.name, twin.save()), holding.release)
         simulated.connection.closers.extend(closers)
         return Arm(replace(simulated, logbook=logbook_file(config.name), lock=holding))

@@ -213,6 +213,7 @@ def _shown(part: str | Inked) -> tuple[str, Ink | None]:
 
 def _in_inks(text: str, parts: Iterable[tuple[str, Ink | None]]) -> str:
     """Return a text whose parts have colours, and which was folded: its spaces may differ."""
+    # folding moves spaces and line breaks alone, so the letters of a part are counted off
     at, coloured = 0, []
     for part, ink in parts:
         letters = len("".join(part.split()))

@@ -107,7 +107,7 @@ def command_parser(name: str, function: str) -> CommandParser:
 def refuse(words: list[str]) -> int:
     """Say that there is no such command, and what to type instead; return the exit code."""
     _fill_closed_streams()
-    word = next((each for each in (" ".join(words[:2]), words[0]) if each in INSTEAD), words[0])
+    word = words[0]
     if word in INSTEAD:
         hint = f"type `{INSTEAD[word]}`"
     elif near := nearest_word(word, COMMANDS):

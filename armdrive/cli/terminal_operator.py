@@ -99,7 +99,7 @@ def confirm_simulated(arm: Arm) -> None:
 MOST_AMOUNT = 20.0
 """Degrees or mm of one jog. A slip of the finger, `shoulder -200`, is no small jog."""
 
-SPEED = 0.25
+SPEED = 0.25  # the usual speed of a jog, as that of `Arm.jog_j`
 TIP_AXES = ("x", "y", "z")
 
 DESK = "  desk                    open the desk, to use keys"

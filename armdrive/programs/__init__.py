@@ -1,5 +1,21 @@
 """Programs: a small language for the calls of an arm, and how programs are run and rehearsed.
 
+What `armdrive run stack.arm` does, step by step:
+
+    program.read_program_file   reads the lines into a tree (language.grammar), checks it as a
+                                whole and compiles it to instructions (language.compiling)
+    ArmProgram.machine          looks up the arm's points; the `Machine` runs one instruction after
+                                the other until a line needs an act of the arm
+    rehearsal.rehearse          runs a machine on a simulated twin; a refusal ends here, before
+                                anything moves
+    running.ProgramRun          runs a new machine on the arm itself: it gives each act to the
+                                `Performer` and the answer back to the machine
+    onlookers of the run        `Journal` writes the state down before each act, `StepGate` waits
+                                for Enter, `Display` shows the line
+
+A rehearsal is the same `ProgramRun` with another performer and another onlooker. A Python script
+has no machine: its calls of the arm are watched instead, see `scripts`.
+
 Which file decides what:
 
     language/         from text to instructions: words, grammar, checks, compiler
@@ -11,7 +27,7 @@ Which file decides what:
     rehearsal         the same acts on a simulated twin, its assumptions, and its time limit
     progress          the progress of a run, and its remaining time
     journal           the record of an interrupted run, and whether it may be resumed
-    session, shell    lines typed at a prompt, and the prompt's own words
+    session, shell    lines typed at a prompt, and the table of the prompt's own words
     scripts           Python scripts on the chosen arm; `script_rehearsal` on its twin
     teaching/         places of the arm written as lines of a program
     problems          mistakes in a program, shown below their line

@@ -22,6 +22,7 @@ SAFE_MM = 60.0
 CLEARANCE_MM = 12.0
 """How much wider than a block the fingers open to release it without touching another."""
 NEAR_ENOUGH_MM = 2.0
+"""How far a block may stand from its place: rounding to steps, and the fingers that push it."""
 DOWN_DEG = -90.0
 
 

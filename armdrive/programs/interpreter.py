@@ -214,6 +214,7 @@ class LineContext:
 
     def ask(self, act: Act, mark: SourceMark | None = None) -> Value:
         """Return the answer to an act. Raises `ActNeeded` while there is none."""
+        # the line has run to here before, so the first acts it asks for have their answers already
         if self._answered == len(self.state.answers):
             raise ActNeeded(act, mark or self.row.mark)
         self._answered += 1

@@ -50,6 +50,8 @@ from kinematics.spaces import Joints
 from kinematics.text import deg_text, mm_text
 
 FORMAT = 3
+"""The format of a journal. One of another number was written by another version, and is refused."""
+
 LONGEST_JOURNAL = 8_000_000
 """Bytes. What is longer is not even read."""
 

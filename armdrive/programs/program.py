@@ -1,8 +1,11 @@
 """A program that was read, checked and compiled, and the machine that runs it.
 
 A machine gives acts one at a time, takes their answers, and can be written down. It is pure: it
-knows no arm and no clock. A snapshot holds the state before the present act, so a machine restored
-from it gives the same act again, and then the same rest.
+knows no arm and no clock. Its caller repeats `stage = machine.next()`, carries `stage.act` out, and
+hands the answer to `machine.answer(...)`, until `next` returns None.
+
+A snapshot holds the state before the present act, so a machine restored from it gives the same act
+again, and then the same rest.
 """
 
 from __future__ import annotations

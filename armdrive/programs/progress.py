@@ -69,7 +69,7 @@ class RunProgress:
         """How long the whole run takes; None if it is endless or unknown."""
         if self._repeated == FOR_EVER or not self._loops:
             return None
-        return sum(self._loop_s(number) for number in range(1, self._repeated + 1))
+        return self._first_s(self._repeated)
 
     def begins(self, mark: SourceMark, loop: int = 1) -> None:
         """Note where the run is now."""
@@ -89,8 +89,8 @@ class RunProgress:
         done_s = self._ends(self._loop)[self._index] - took_s + min(under_way_s * share, took_s)
         whole_s = self._loop_s(self._loop)
         if self._repeated != FOR_EVER:
-            done_s += sum(self._loop_s(number) for number in range(1, self._loop))
-            whole_s = sum(self._loop_s(number) for number in range(1, self._repeated + 1))
+            done_s += self._first_s(self._loop - 1)
+            whole_s = self._first_s(self._repeated)
         percent = 100.0 * done_s / whole_s if whole_s > 0.0 else 0.0
         return Estimate(min(percent, 100.0), max(whole_s - done_s, 0.0) / share)
 
@@ -102,6 +102,12 @@ class RunProgress:
 
     def _loop_s(self, loop: int) -> float:
         return (self._ends(loop) or [0.0])[-1]
+
+    def _first_s(self, loops: int) -> float:
+        """Return how long the first loops take: a person may ask for millions of them."""
+        rehearsed = min(loops, len(self._loops))
+        later_s = (loops - rehearsed) * self._loop_s(loops)
+        return sum(self._loop_s(number) for number in range(1, rehearsed + 1)) + later_s
 
 
 def nearest(marks: Sequence[SourceMark], mark: SourceMark, expected: int) -> int | None:

@@ -1,5 +1,9 @@
 """Rehearses a program on the arm's simulated twin: the same acts by the same code.
 
+`rehearse` makes a twin that stands where the arm stands (`rehearsing_arm`), and has a `ProgramRun`
+carry the acts out on it: the `Rehearser` is a performer that makes assumptions, and the
+`_RehearsalWatch` an onlooker that notes how long each act takes and ends what would never end.
+
 The twin cannot know the inputs, the width of an object to be grasped, or an unknown position. It
 assumes them, and lists its assumptions. A refusal is part of the result.
 """
@@ -56,10 +60,27 @@ from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 from kinematics.text import counted
 
-# The performer of a rehearsal: carries out acts on the twin, and makes assumptions.
+# What a person says beforehand, and the performer: carries out acts on the twin, and assumes.
+
+
+@dataclass(frozen=True, slots=True)
+class RehearsalOptions:
+    """What is said about a rehearsal beforehand.
+
+    `inputs` are the known inputs, counted from 1. `width_mm` is the width of the objects that the
+    fingers find if no block is known, None if they find none. With `settle` an unknown position is
+    assumed; with `traced` the tip's path is recorded.
+    """
+
+    inputs: Mapping[int, bool] = field(default_factory=dict)
+    width_mm: float | None = None
+    settle: bool = False
+    traced: bool = False
+
+
+NOTHING_SAID = RehearsalOptions()
 
 WORDS = {True: "on", False: "off"}
-
 
 NAP_S = 1.0
 """The longest sleep of a twin: during a longer wait nothing more happens to it."""
@@ -519,24 +540,26 @@ class _RehearsalWatch:
         self.loops.setdefault(step.loop, []).append(Took(step.mark, step.name, took_s))
 
 
-def rehearse(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
+def rehearse(
+    seen: SeenArm, plan: RunPlan, patience: Patience, said: RehearsalOptions = NOTHING_SAID
+) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
     Raises what reading the program raises, and `ArmError` if the twin cannot be made.
     """
     assumptions = Assumptions()
     # a program that references the arm first needs no assumed position
-    settles = plan.settle and not _references_first(plan)
+    settles = said.settle and not _references_first(plan)
     with rehearsing_arm(seen, assumptions.note if settles else None) as twin:
         rehearser = Rehearser(
             twin,
             assumptions,
-            inputs=plan.inputs,
-            things=Things(assumptions, plan.width_mm, known=seen.world is not None),
+            inputs=said.inputs,
+            things=Things(assumptions, said.width_mm, known=seen.world is not None),
             outputs=plan.outputs,
         )
         path: list[Point] = []
-        if plan.traced:
+        if said.traced:
             trace(twin, path)
         watch = _RehearsalWatch(rehearser, assumptions, patience)
         # a program that is resumed may begin in a later loop

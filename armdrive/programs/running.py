@@ -1,5 +1,8 @@
 """Carries out the acts of a program on an arm, using only the arm's public calls.
 
+`ProgramRun` takes acts from a machine and tells onlookers of each; a `Performer` carries an act
+out; `Waits` ends every wait at a stop, and lengthens it by a pause.
+
 A stop ends the program at any moment, also between two acts. An interrupted act has no answer, so a
 resumed program repeats it. A suspension of this process or its computer also ends the program,
 unless a person then continues it. While the arm is paused, no act begins.
@@ -9,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Protocol, cast
 
 from armdrive.arm import Arm
@@ -250,34 +253,22 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
 # The run of a program: its machine gives acts, a performer carries them out, onlookers watch.
 
 
-def no_machine() -> Machine:
-    """Raise `BadRequest`: a script has no machine."""
-    raise BadRequest("a Python script has no acts")
-
-
 @dataclass(frozen=True, slots=True)
 class RunPlan:
-    """A program to be run, and the assumptions of its rehearsal.
+    """A program to be run, from its beginning or from where it was interrupted.
 
     `source` returns a machine at the beginning, for each loop; `loops` is how many there are, or
     `FOR_EVER`. A resumed program is in loop number `loop`, and `machine` returns its machine;
-    `left` is the rest of its first move, and `outputs` are the output bits that it had set.
-
-    `inputs` are the known inputs, counted from 1. `width_mm` is the width of the objects that the
-    fingers find if no block is known, None if they find none. With `settle` an unknown position is
-    assumed; with `traced` the tip's path is recorded. With `goes_on` more lines follow at a prompt.
+    `left` is the rest of its first move, and `outputs` are the output bits that it had set. With
+    `goes_on` more lines follow at a prompt.
     """
 
-    source: Callable[[], Machine] = no_machine
+    source: Callable[[], Machine]
     loops: int = 1
     loop: int = 1
     machine: Callable[[], Machine] | None = None
     left: ProgramMove | None = None
     outputs: int = 0
-    inputs: Mapping[int, bool] = field(default_factory=dict)
-    width_mm: float | None = None
-    settle: bool = False
-    traced: bool = False
     goes_on: bool = False
 
     @property
@@ -349,6 +340,7 @@ class ProgramRun:
             onlooker.begins(step, machine)
         now_s = performer.arm.parts.pace.now_s
         began_s = now_s()
+        # without an answer the act is repeated by a resumed program, so it is given only now
         answer = performer.perform(act)
         machine.answer(answer)
         self.done += 1

@@ -1,7 +1,7 @@
 """The shell: carries out on an arm what is typed at a prompt, and answers its own words.
 
-Each of its own words is a function, by one table at the end. It yields replies, and
-entries that have to be carried out first.
+Each of its own words is a row of the table at the end, from which help, completion and docs are
+made. A row's function yields replies, and entries that have to be carried out first.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from armdrive.programs.language.values import PlaceValue, value_text
 from armdrive.programs.language.words import (
     FORMS,
     FUNCTIONS,
-    OVER,
     RESERVED,
     SPELLINGS,
     meanings,
@@ -42,7 +41,7 @@ from armdrive.programs.running import Onlooker, Performer, ProgramRun, RunPerson
 from armdrive.programs.session import PromptEntry, Session
 from armdrive.registry import dialect
 from armdrive.sim.world import World
-from armdrive.sim.world.table import block_of
+from armdrive.sim.world.table import PARTS, block_of
 from armdrive.status import joints_view, outcome_words, pose_view, status_view
 from armdrive.storage.files import require_free, write_named
 from kinematics.errors import suggestion
@@ -68,6 +67,9 @@ _LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
 
 INPUT = "standard input"
 """The name of a pipe in places."""
+
+OVER = "over"
+"""The word after the name of a file that may be overwritten."""
 
 
 class Shell:
@@ -98,8 +100,8 @@ class Shell:
         What there is to say is found, or done, as it is taken. Raises `Left` for `quit`.
         """
         match = None if self.session.unfinished else _LINE.fullmatch(line)
-        action = None if match is None else OWN_WORDS.get(match[1].lower())
-        return None if match is None or action is None else action(self, match[2] or "")
+        row = None if match is None else OWN_WORDS.get(match[1].lower())
+        return None if match is None or row is None else row.answer(self, match[2] or "")
 
     def read(self, line: str, position: int) -> PromptEntry | None:
         """Read a line of an entry; return the entry that it completes, if it does.
@@ -337,8 +339,12 @@ def help_on(word: str, shell: Shell) -> list[str]:
     """Return what a word means, or all words with a line each. Raises `BadRequest`."""
     low = word.strip().lower()
     if not low:
-        return overview()
+        own = (f"  {row.pattern:<34}{row.says}" for row in OWN_WORDS.values())
+        last = "Ctrl-C stops what moves; a block ends with `end`"
+        return [*overview(), "words of the shell", *own, last]
     found = meanings(low)
+    if low in OWN_WORDS:
+        found.append(f"{OWN_WORDS[low].pattern}\n  {OWN_WORDS[low].says}")
     named = [each for each in shell.session.context.defines if each.name.lower() == low]
     found += [f"{each.name}({', '.join(each.parameters)})\n  A subprogram." for each in named]
     if not found:
@@ -359,10 +365,33 @@ def known_words(shell: Shell) -> list[str]:
     ]
 
 
-OWN_WORDS: Mapping[str, Callable[[Shell, str], Answers]] = MappingProxyType({
-    "help": _help, "where": _where, "status": _status, "names": _names, "points": _points,
-    "list": _list, "drop": _drop, "save": _save, "load": _load, "new": _new, "put": _put,
-    "blocks": _blocks, "reset": _reset, "reconnect": _reconnect, "enable": _enable,
-    "disable": _disable, "quit": _quit, "exit": _quit,
-})  # fmt: skip
-"""The function of every word of the shell."""
+@dataclass(frozen=True, slots=True)
+class OwnWord:
+    """A word of the shell: how its line is written, what it does, and the function that answers."""
+
+    pattern: str
+    says: str
+    answer: Callable[[Shell, str], Answers]
+
+
+OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({row.pattern.split()[0]: row for row in (
+    OwnWord("help [WORD]", "List all words, or explain one.", _help),
+    OwnWord("where", "Where the arm stands.", _where),
+    OwnWord("status", "Everything known about the arm.", _status),
+    OwnWord("names", "The values, subprograms and points named so far.", _names),
+    OwnWord("points", "The points named here, and the saved points.", _points),
+    OwnWord("list", "The lines carried out so far, as a program.", _list),
+    OwnWord("drop NUMBER", "Remove an entry from the list. Undoes nothing.", _drop),
+    OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
+    OwnWord("load FILE.arm", "Take a file's subprograms, points and values.", _load),
+    OwnWord("new", "Forget names, subprograms and the list.", _new),
+    OwnWord(f"put {PARTS}", "Put a block on a simulated arm's table, or move it there, mm.", _put),
+    OwnWord("blocks", "Where the blocks of a simulated arm stand.", _blocks),
+    OwnWord("reset", "Clear an error, after you have looked at the arm. Moves nothing.", _reset),
+    OwnWord("reconnect", "Reconnect a lost connection. Moves nothing.", _reconnect),
+    OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),
+    OwnWord("disable [yes]", "Switch the motors off. The arm can sag.", _disable),
+    OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),
+    OwnWord("exit", "Leave, as `quit` does.", _quit),
+)})  # fmt: skip
+"""Every word of the shell."""

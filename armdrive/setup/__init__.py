@@ -5,8 +5,9 @@ Finding it:
     ports          a port while it is closed: whose it is, who holds it
     prober         what answers on an open port: how long it listens before the probes and
                    between them (which probes, in which order: `dialects.recognition`)
-    survey         the findings in words, and what to do next
-    bus_survey     the drives on a CAN bus, and the settings of a known controller
+    survey         the survey of a serial port, and every finding in words; the settings of a
+                   known controller
+    bus_survey     the survey of a CAN bus
 
 Describing it:
 

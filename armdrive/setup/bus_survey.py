@@ -1,4 +1,4 @@
-"""Surveys that load a driver: the drives on a CAN bus, and the settings of a known controller.
+"""Surveys the drives on a CAN bus.
 
 A bus is listened to first. Then its drives are asked by readings alone, and not at all while
 another program commands them. Nothing is set without the user's consent.
@@ -12,10 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeVar
 
-from armdrive.arm import Arm
-from armdrive.config.arm import ArmConfig, limit_remarks
-from armdrive.connect import parts
-from armdrive.connect.port import bare
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import require_real_ports
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import (
@@ -28,8 +25,8 @@ from armdrive.dialects.bus.tools import (
     frame_scripts,
     of_nobody,
 )
-from armdrive.dialog import Finding, note, ok, parted, problem
-from armdrive.errors import ArmError, BadRequest, LinkLost, PortUnavailable
+from armdrive.dialog import Finding, note, ok, problem
+from armdrive.errors import BadRequest, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
 from armdrive.setup import dialog_runner
@@ -37,25 +34,21 @@ from armdrive.setup.dialog_runner import carry_out
 from armdrive.setup.ports import ClosedPort
 from armdrive.setup.prober import ask_bus, is_command, nodes_seen, protocols
 from armdrive.setup.survey import (
+    Agree,
     Diagnosis,
     Report,
+    compare_settings,
     of_arm,
     of_health,
     of_listening,
-    of_settings,
     survey_port,
 )
 from armdrive.storage.arm_lock import hold
-from armdrive.tasks import DeviceSettings
 from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
-from kinematics.text import counted
 
 T = TypeVar("T")
-
-Agree = Callable[[DeviceSettings], bool]
-"""Returns whether the settings that differ may be written."""
 
 
 def probe(port: str) -> Report:
@@ -70,37 +63,6 @@ def probe(port: str) -> Report:
     else:
         survey_port(report, ClosedPort(port))
     return report
-
-
-# The settings of a controller that was recognised, whatever wire leads to it.
-
-
-def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> None:
-    """Connect as every command does, and compare the settings; write them if `agree` allows it."""
-    try:
-        with closing(Arm(parts.connect_real(config))) as arm:  # `with arm` would enable it
-            settings = arm.controller.fix_settings([])
-            lines = [each.fix for each in settings.differences if each.fix]
-            if lines and agree is not None and agree(settings):
-                arm.controller.fix_settings(lines)
-                settings = arm.controller.fix_settings([])
-                report.add([ok(f"{counted(len(lines), 'setting was', 'settings were')} written")])
-            report.add(of_settings(settings))
-            if settings.differences and report.arm:
-                report.more["next"] = [
-                    command_line("doctor", "--arm", report.arm, "--fix"),
-                    *report.more.get("next", []),
-                ]
-            report.add([note(each) for each in limit_remarks(config)])
-            report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
-    except ArmError as error:
-        report.add([_unconnected(error, config)])
-
-
-def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
-    """Say why an arm that was recognised did not connect, with the remedy of its error."""
-    what, fix = parted(bare(error, config.connection))
-    return problem(f"it was recognised, but did not connect: {what}", fix or "try once more")
 
 
 # The drives on a CAN bus, the state of the bus, and what differs from the arm file.

@@ -62,7 +62,7 @@ GEAR_TOLERANCE = 0.2
 AS_SAID, MORE = "as announced", "more"
 MUCH_FURTHER = 2.5
 """A motion this many times as far as announced is "more"."""
-MOST_SEEN = 10_000.0
+MOST_SEEN = 10_000.0  # degrees or mm: more is a slip of the finger
 
 PIECE_S = 0.25
 """No motion is commanded further ahead."""
@@ -73,6 +73,7 @@ RUN_S = 0.8
 SENT_S = 0.1
 """That motion is sent like any other for this long; then nothing more is sent."""
 MOST_RPM = 60
+"""A motor's shaft makes at most one turn a second in a trial."""
 GIVES_WAY_PART = 32
 """A motor is sent back at most as far as it was sent, plus one turn divided by this."""
 

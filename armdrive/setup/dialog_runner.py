@@ -1,6 +1,13 @@
 """Carries out requests and scripts on a link, on the computer's time or a simulated one.
 
-Only a drive's controller moves it, and the same controller stops it.
+There are two executors: a controller, which moves a drive and takes requests such as `MoveBy`, and
+a `ScriptLoop`, which reads and sets values and takes a generator. Neither has a clock or a wire.
+`carry_out` gives one of them its request, and passes bytes and time on until it has a reply:
+
+    executor.begin(request)  then again and again  receive(bytes), advance() -> bytes, next_event()
+
+Only a drive's controller moves it, and the same controller stops it. A `DriveDialog` has a person,
+scripts and `carry_out` together, for commissioning.
 """
 
 from __future__ import annotations

@@ -30,6 +30,7 @@ ROLL_LEVER_MM = 40.0
 SEEN_SHARE = 0.15
 """A direction with less than this share of the strongest one is not noticed."""
 LEAST_MM = 0.05
+"""A smaller motion is not noticed, whatever its share."""
 
 WAYS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
@@ -350,6 +351,7 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
 # The keys of an arm file that have to change.
 
 DIGITS = 9
+"""The digits of steps that are written: no arm is measured as exactly."""
 
 
 def _known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
@@ -443,7 +445,14 @@ def _of_motors(
 # The check goes through the motors of an arm: turn one, answer what was seen, turn the next.
 #
 # It moves nothing itself: `steps` returns the next motion, and the caller reports it by `turned`.
-# Each motor is brought back before the next one turns.
+# Each motor is brought back before the next one turns. A motor is in one of these states:
+#
+#     not shown            its turn has come; it may be turned, or left out (`NOT_AT_ALL`)
+#     away and shown       it stands at the end of its motion; the desk takes the answer here
+#     back and shown       it was brought back first; the terminal takes the answer here
+#     away, `answered`     the answer is known, and the motor has to be brought back
+#
+# `asks_hand` stands between two answers: the way of the arm is known, the turn of the hand is not.
 
 
 class DirectionCheck:

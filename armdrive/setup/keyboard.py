@@ -87,7 +87,9 @@ NO_REPEAT = (
 )
 
 _ABOUT = 1.05
+"""A measured rate that is so little too slow is no fault."""
 _QUIET_S = 1.0
+"""The dead-man switch is armed this long before the first press, as in a desk that is open."""
 _HELD_KEY = "held"
 
 
@@ -293,6 +295,8 @@ OVER_S = 1.5
 """A gap of this length ends a press: it is longer than any delay before the first repeat."""
 
 LONGEST_S = 15.0
+"""A key that is held for longer has been measured long enough."""
+
 UNEVEN_S = 0.06
 """A link is uneven if one repeat in twenty is later than this."""
 

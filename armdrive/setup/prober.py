@@ -1,5 +1,9 @@
 """Finds out who answers on an open wire: a device on a serial port, or the drives of a CAN bus.
 
+`examine_port` opens a serial port and runs the script `examination` on it: listen, then go through
+the probes of all dialects in an order that moves nothing, and judge after each what has come so
+far. `ask_bus` asks the ids of a CAN bus in every protocol, the harmless ones first.
+
 Nothing that is sent here moves an arm of any dialect (docs/how-to/finding-the-arm.md).
 """
 

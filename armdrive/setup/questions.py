@@ -1,7 +1,12 @@
 """The questions that make an arm file, each declared once: words, check, place in the file.
 
 They are asked in the order of the table. A row is asked once for every name of its `each`, if its
-`when` holds after the answers so far.
+`when` holds after the answers so far. For example the row `speeds.{one}` makes the question
+"Highest speed of base, in degrees a second?" with the key `speeds.base`, and its answer becomes
+`base = 20` under `[speeds_deg_s]`.
+
+The interview takes questions from the rows (`ArmRow.questions`), filing takes the entries of the
+arm file from the same rows (`ArmRow.entries`): so a question and its place cannot part.
 """
 
 from __future__ import annotations

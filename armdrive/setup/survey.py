@@ -1,21 +1,28 @@
-"""A survey of a port: what was found, in words, and what to do next.
+"""A survey of a serial port: what was found, in words, and what to do next.
 
-The findings of a bus, of settings and of this computer are here too.
+`survey_port` has the prober find out who answers, turns that into findings, and compares the
+settings of a controller that is the expected one. The findings of a bus, which `bus_survey` asks,
+and of this computer are here too: so every finding is worded in one file.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from enum import Enum, auto
 from typing import Any
 
-from armdrive.config.arm import ArmConfig
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig, limit_remarks
 from armdrive.config.sections import Connection
+from armdrive.connect import parts
+from armdrive.connect.port import bare
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
 from armdrive.dialects.recognition import Identity, says_something_readable
-from armdrive.dialog import Finding, any_problem, note, ok, problem
+from armdrive.dialog import Finding, any_problem, note, ok, parted, problem
+from armdrive.errors import ArmError
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.engine import excerpt
@@ -184,6 +191,7 @@ def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[
 # A CAN bus: its traffic, its adapter, and the drives that answer.
 
 MOST_SHOWN = 3
+"""The most commands of another program that a finding quotes."""
 
 
 def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding]:
@@ -271,10 +279,43 @@ def _finding(difference: Difference) -> Finding:
     return (problem if difference.forbids else note)(what, difference.fix)
 
 
+Agree = Callable[[DeviceSettings], bool]
+"""Returns whether the settings that differ may be written."""
+
+
+def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> None:
+    """Connect as every command does, and compare the settings; write them if `agree` allows it."""
+    try:
+        with closing(Arm(parts.connect_real(config))) as arm:  # `with arm` would enable it
+            settings = arm.controller.fix_settings([])
+            lines = [each.fix for each in settings.differences if each.fix]
+            if lines and agree is not None and agree(settings):
+                arm.controller.fix_settings(lines)
+                settings = arm.controller.fix_settings([])
+                report.add([ok(f"{counted(len(lines), 'setting was', 'settings were')} written")])
+            report.add(of_settings(settings))
+            if settings.differences and report.arm:
+                report.more["next"] = [
+                    command_line("doctor", "--arm", report.arm, "--fix"),
+                    *report.more.get("next", []),
+                ]
+            report.add([note(each) for each in limit_remarks(config)])
+            report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
+    except ArmError as error:
+        report.add([_unconnected(error, config)])
+
+
+def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
+    """Say why an arm that was recognised did not connect, with the remedy of its error."""
+    what, fix = parted(bare(error, config.connection))
+    return problem(f"it was recognised, but did not connect: {what}", fix or "try once more")
+
+
 # How punctually this computer wakes a thread, measured while nothing is opened or moved.
 
 PERIOD_S = 0.01
 DEADLINES = 60
+"""More than half a second of deadlines, ten times as dense as bursts are sent."""
 
 LATE_S = 5e-3
 """One deadline in a hundred may be this late: a burst lasts about 100 ms."""
@@ -374,12 +415,12 @@ def survey_port(
     closed: ClosedPort,
     config: ArmConfig | None = None,
     baud: int | None = None,
-    compare: Callable[[ArmConfig, Report], None] | None = None,
+    agree: Agree | None = None,
 ) -> Diagnosis:
     """Open a serial port and report who answers.
 
-    `config` is the arm that is expected there, and `baud` the only rate to try. `compare` is
-    called for a controller that is the expected one, and compares its settings.
+    `config` is the arm that is expected there, and `baud` the only rate to try. Of a controller
+    that is the expected one the settings are compared, and written if `agree` allows it.
     """
     only_baud = _only_baud(config, baud)
     with hold(report.port if config is None else config.name, report.port):
@@ -390,8 +431,8 @@ def survey_port(
     if identity is None or not identity.dialect:
         return Diagnosis.NO_ARM
     expected = config is not None and identity.dialect == config.connection.dialect
-    if config is not None and expected and compare is not None:
-        compare(config, report)
+    if config is not None and expected:
+        compare_settings(config, report, agree)
     return report.diagnosis
 
 

@@ -1,9 +1,7 @@
-"""Calling the command line, within the test's own process or in another, and what it said."""
+"""Calling the command line within the test's own process, and what it said."""
 
 import io
 import json
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -65,13 +63,6 @@ class Caller:
             return str(json.loads(called.err)["message"])
         assert called.err.startswith("armdrive: "), called
         return called.err.strip()
-
-
-def started(*words: str) -> subprocess.Popen[str]:
-    """Start a command in a process of its own, at pipes."""
-    pipe = subprocess.PIPE
-    command = [sys.executable, "-m", "armdrive", *words]
-    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True, bufsize=1)
 
 
 class Terminal(io.StringIO):

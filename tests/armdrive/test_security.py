@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 from amounts import every_row
-from cli_calls import started
 
 import armdrive
 from armdrive.connect.control_socket import serve
 from armdrive.errors import ArmError, PortUnavailable
+from armdrive.sim import serving
 from armdrive.sim.serving.servers import TcpServer, UdpServer, beyond_this_computer
 from armdrive.storage import files as places
 from armdrive.storage import files as private
@@ -73,10 +73,11 @@ def test_no_address_at_all_is_refused():
         beyond_this_computer("0.0.0.0")
 
 
-def test_the_simulator_says_the_warning_where_a_person_sees_it():
-    words = ["sim", "teachmover", "--tcp", "0.0.0.0:0"]
-    with started(*words) as process:
-        _, err = process.communicate("quit\n", timeout=30.0)
+def test_the_simulator_says_the_warning_where_a_person_sees_it(call, monkeypatch):
+    monkeypatch.setattr(serving, "run_device", lambda _, server, *__, **___: server.close())
+    with Path(os.devnull).open(encoding="utf-8") as stdin:
+        monkeypatch.setattr(sys, "stdin", stdin)
+        err = call("sim", "teachmover", "--tcp", "0.0.0.0:0", code=0).err
     assert err.startswith("armdrive: WARNING: anyone who reaches 0.0.0.0")
 
 

@@ -36,10 +36,10 @@ from typing import Any, Self
 
 import pytest
 from cli_calls import TRACEBACK, Called
+from command_host import HostedCommand
 from doctor_bench import lead, lead_to_bus, made
 from pages import ROOT
 from served import Served
-from waiting import LONG_S
 
 from armdrive.config.sections import is_model_file
 from armdrive.connect.target import FORCE_SIM, simulated_config
@@ -124,28 +124,6 @@ class Terminal(io.StringIO):
         return line
 
 
-class ServedApart:
-    """A simulated arm that `armdrive sim` serves in a process of its own."""
-
-    def __init__(self, *words: str) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "armdrive", *words],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env=os.environ | {"PYTHONUNBUFFERED": "1"},
-        )
-        assert self._process.stdout is not None
-        self.first_line = self._process.stdout.readline()
-        """It says where the arm is: from then on the port can be opened."""
-
-    def end(self) -> None:
-        try:
-            self._process.communicate("quit\n", timeout=LONG_S)
-        finally:
-            self._process.kill()
-
-
 class Typist:
     """Types the blocks of one page, in a folder of its own."""
 
@@ -157,7 +135,7 @@ class Typist:
         self._folder = folder
         self._places = {"/tmp/": f"{folder}/"}
         self._names: dict[str, Any] = {"__name__": "page"}
-        self._serving: list[Served | ServedApart] = []
+        self._serving: list[Served | HostedCommand] = []
         self._behind: dict[str, str] = {}  # the dialects by their ports
         self.printed: str | None = None
         """What the last program printed, None where the last block was none."""
@@ -170,7 +148,10 @@ class Typist:
 
     def __exit__(self, *error: object) -> None:
         for arm in self._serving:
-            arm.end()
+            if isinstance(arm, Served):
+                arm.end()
+            else:
+                arm.communicate("quit\n")
 
     def do(self, kind: str, text: str) -> None:
         """Carry out one comment or block of a page."""
@@ -217,9 +198,10 @@ class Typist:
             return self._call(*words)
 
     def _serve(self, *words: str) -> Called:
-        process = ServedApart(*words)
+        """Begin `armdrive sim`, which says where the arm is once the port can be opened."""
+        process = HostedCommand(*words)
         self._serving.append(process)
-        return Called(0, process.first_line, "")
+        return Called(0, process.stdout.readline(), "")
 
     def _here(self, text: str) -> str:
         """Return a text of the page with the paths that the test has in place of the reader's."""

@@ -14,7 +14,7 @@ from armdrive.trace.log import heading, lines
 from armdrive.trace.replay import Replayed, config_of, replay, replayed_view
 from kinematics.text import counted
 
-PARTED, NOTHING_COMPARED = 1, 2
+PARTED, NOTHING_COMPARED = 1, 2  # exit codes
 
 
 def replay_recording(options: argparse.Namespace) -> Iterator[Result]:

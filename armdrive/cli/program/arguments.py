@@ -20,6 +20,7 @@ from armdrive.cli.options import (
     add_pace_option,
     add_switches,
     duration,
+    loops,
     naming,
     positive,
 )
@@ -178,7 +179,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
     how = parser.add_argument_group("how it runs")
     add_switches(how, {"--step": "wait for Enter before each motion"})
     how.add_argument(
-        "--loops", type=_loops, metavar="N", help="repeat it N times, 0 = endless (default 1)"
+        "--loops", type=loops, metavar="N", help="repeat it N times, 0 = endless (default 1)"
     )
     add_switches(how, {"--resume": "continue where it was interrupted"})
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
@@ -203,12 +204,6 @@ def _input(word: str) -> tuple[int, bool]:
     if not (name.isascii() and name.isdecimal() and int(name) > 0 and state in ("on", "off")):
         raise BadRequest(f"write it like 3=on, not {word!r}")
     return int(name), state == "on"
-
-
-def _loops(word: str) -> int:
-    if not (word.isascii() and word.isdecimal()):
-        raise BadRequest(f"{word!r} is not a whole number from 0 on")
-    return int(word)
 
 
 # --- shell

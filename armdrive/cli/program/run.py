@@ -132,12 +132,13 @@ class _RunningScript:
         return arm
 
     def given(self, target: str, options: ConnectOptions) -> Arm:
-        """Connect as the script says."""
-        return Arm(connect(target, options))
+        """Connect as the script says, and slow that arm down too as the person asked."""
+        arm = Arm(connect(target, options))
+        slow_down(arm, self._options)
+        return arm
 
     def made(self, arm: Arm) -> None:
-        """Slow an arm down as the person asked, and keep its recording."""
-        slow_down(arm, self._options)
+        """Show where the script is to those who ask this arm, and keep its recording."""
         self._display.run.use(arm)
         arm.parts.connection.closers.append(lambda: keep_recording(arm, self._options))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from armdrive.arm import Arm
@@ -22,25 +22,39 @@ from armdrive.sim.world.table import TableBlock
 from armdrive.storage.files import require_free
 
 
-def connect_to_run(options: argparse.Namespace, *, pace: PaceChoice = None) -> Arm:
-    """Connect to the arm that the options name, and settle whether its position can be trusted."""
-    require_table(chosen_target(options), options.put)
+def settle_for_run(arm: Arm, options: argparse.Namespace) -> None:
+    """Settle whether the position can be trusted, and let a program ask the person at a terminal.
+
+    A check moves nothing, so it asks nobody about a real arm.
+    """
+    if arm.simulated or not options.check:
+        settle_trust(arm)
+    if not arm.simulated and sys.stdin.isatty() and not as_json(options):
+        arm.operator = ask_operator  # for a program that references the arm
+
+
+def connect_to_run(
+    options: argparse.Namespace,
+    *,
+    pace: PaceChoice = None,
+    settle: Callable[[Arm, argparse.Namespace], None] = settle_for_run,
+) -> Arm:
+    """Connect to the arm that the options name, as slow and with such a table as they say."""
+    _require_table(chosen_target(options), options.put)
     arm = connect_chosen(options, pace=options.pace or pace)
     try:
-        put_blocks(arm, options.put)
+        _put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects
         tell(options, arm.status.which)
-        if arm.simulated or not options.check:
-            settle_trust(arm)
-        if not arm.simulated and sys.stdin.isatty() and not as_json(options):
-            arm.operator = ask_operator  # for a program that references the arm
+        settle(arm, options)
+        slow_down(arm, options)
     except BaseException:
         arm.close()
         raise
     return arm
 
 
-def require_table(target: Target, blocks: list[TableBlock]) -> None:
+def _require_table(target: Target, blocks: list[TableBlock]) -> None:
     """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
     if blocks and not target.simulated:
         raise BadRequest(
@@ -49,7 +63,7 @@ def require_table(target: Target, blocks: list[TableBlock]) -> None:
         )
 
 
-def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
+def _put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
     """Put blocks on a simulated arm's table, one after the other, each on what lies there."""
     if arm.twin is None:
         return

@@ -2,6 +2,10 @@
 
 On a terminal one line is rewritten in place; elsewhere each motion and each wait is a line; with
 `--json` each event is a document. Other programs see the same view (`armdrive status`, `watch`).
+
+Two threads print: that of the program, at each act and each text, and one that looks five times a
+second for a pause, a resume and the time that is left. `Display` decides what is worth printing,
+`RunOutput` how; both have a lock, so that no line is written into another.
 """
 
 from __future__ import annotations
@@ -46,7 +50,7 @@ if TYPE_CHECKING:
     from armdrive.programs.rehearsal import RehearsedSoFar
 
 CLEAR_LINE = "\r\x1b[K"
-STANDARD_OUTPUT = 1
+STANDARD_OUTPUT = 1  # the file number: Python flushes its stream once more as it ends
 
 
 class RunOutput:
@@ -126,7 +130,7 @@ class RunOutput:
             raise Stopped(words) from None
 
 
-REDRAW_S = 0.2
+REDRAW_S = 0.2  # a pause is seen at once, and a terminal over a slow line is not flooded
 ASKING = ("home",)
 """Acts and calls that may ask the person something, in small letters."""
 

@@ -23,7 +23,7 @@ from armdrive.cli.program.run_output import Display
 
 # Answers while a program waits: Enter, or `armdrive resume` from elsewhere.
 
-LOOK_EVERY_S = 0.05
+LOOK_EVERY_S = 0.05  # how long a resume from elsewhere may go unnoticed
 
 
 class PromptLines:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import switch_on
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
-from armdrive.cli.program.run_arm import connect_to_run, keep_recording, slow_down, stands_at
+from armdrive.cli.program.run_arm import connect_to_run, keep_recording, stands_at
 from armdrive.cli.program.run_output import Display, RunOutput, script_words
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
@@ -29,13 +30,14 @@ from armdrive.programs.rehearsal import (
     CHECK_S,
     Patience,
     Rehearsal,
+    RehearsalOptions,
     SeenArm,
     rehearsal_lines,
     rehearsal_view,
     rehearse,
     require_rehearsed,
 )
-from armdrive.programs.running import Performer, ProgramRun, RunPlan, no_machine
+from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import draws_braille
@@ -44,13 +46,14 @@ from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 from kinematics.text import counted
 
+T = TypeVar("T")
+
 
 def run_program(options: argparse.Namespace) -> int:
     """Run or rehearse a program file."""
     program = read_program_file(options.program)
     if options.check:
-        source = ArmProgram(program, chosen_target(options).config)
-        return check(options, program.lines, lambda arm: _plan(source, arm, options), rehearse)
+        return check_program(options, program)
     with (
         contextlib.closing(connect_to_run(options)) as arm,
         stopped_by_interrupt(lambda: [arm], as_json=as_json(options)),
@@ -60,7 +63,7 @@ def run_program(options: argparse.Namespace) -> int:
 
 def _plan(source: ArmProgram, arm: Arm | None, options: argparse.Namespace) -> RunPlan:
     """Return what the options ask for, from its beginning or from where it was interrupted."""
-    plan = rehearsal_plan(options, source.machine)
+    plan = RunPlan(source.machine)
     if options.resume:
         how, move = resume_command(options), move_command(options)
         plan = resumed_plan(plan, source, options.program, arm, how=how, move=move)
@@ -96,10 +99,9 @@ class _RunningProgram:
 
     def run(self) -> int:
         """Rehearse, carry out, and say how it ended."""
-        slow_down(self._arm, self._options)
         plan = _plan(ArmProgram(self._program, self._arm.config), self._arm, self._options)
         patience = Patience(BEFORE_RUN_S, self._output.rehearsing)
-        rehearsal = rehearse(SeenArm.of(self._arm), plan, patience)
+        rehearsal = rehearse(SeenArm.of(self._arm), plan, patience, _said(self._options))
         self._output.wipe()
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
@@ -180,40 +182,53 @@ def _which(options: argparse.Namespace) -> list[str]:
 # Rehearsing only: what was found, for people and for programs, and a picture of the tip's path.
 
 
-def check(
-    options: argparse.Namespace,
-    lines: SourceLines,
-    planned: Callable[[Arm | None], RunPlan],
-    performed: Callable[[SeenArm, RunPlan, Patience], Rehearsal],
-) -> int:
-    """Ask the arm where it stands, let it go again, rehearse, and report what was found."""
-    try:
-        with contextlib.closing(connect_to_run(options)) as arm:
-            slow_down(arm, options)
-            seen, plan, unasked = SeenArm.of(arm), planned(arm), ""
-    except (LinkError, ArmInUse, DeviceFault) as error:
-        target = chosen_target(options)
-        seen, plan = SeenArm.unasked(target), planned(None)
-        unasked = f"the {target.config.title} cannot be asked where it stands ({error})"
-    output = RunOutput(as_json=as_json(options))
-    rehearsal = performed(seen, plan, Patience(CHECK_S, output.rehearsing))
-    output.wipe()
+def check_program(options: argparse.Namespace, program: Program) -> int:
+    """Rehearse a program file on the arm that the options name, and report what was found."""
+    source = ArmProgram(program, chosen_target(options).config)
+    seen, plan, unasked = _seen(options, lambda arm: _plan(source, arm, options))
+    with _patience(options) as patience:
+        rehearsal = rehearse(seen, plan, patience, _said(options))
+    return report(rehearsal, options, program.lines, unasked)
+
+
+def check_script(options: argparse.Namespace, lines: SourceLines) -> int:
+    """Rehearse a script on the arm that the options name, and report what was found."""
+    seen, _, unasked = _seen(options, lambda _: None)
+    script = options.program
+    with _patience(options) as patience, script_words(options):
+        rehearsal = rehearse_script(script, options.words, seen, patience, _said(options))
     if isinstance(rehearsal.refusal, ArmError | KinematicsError | None):
         return report(rehearsal, options, lines, unasked)
-    put_error(own_traceback(rehearsal.refusal, options.program))
+    put_error(own_traceback(rehearsal.refusal, script))
     return 1
 
 
-def rehearsal_plan(
-    options: argparse.Namespace, source: Callable[[], Machine] = no_machine
-) -> RunPlan:
-    """Return what a rehearsal assumes, as the options say."""
-    return RunPlan(
-        source,
-        inputs=dict(options.input),
-        width_mm=options.assume_width,
-        settle=options.check,
-        traced=options.plot is not None,
+def _seen(options: argparse.Namespace, look: Callable[[Arm | None], T]) -> tuple[SeenArm, T, str]:
+    """Ask the arm where it stands, have another look at it, and let it go again.
+
+    The last result says why the arm could not be asked; `look` got None then.
+    """
+    try:
+        with contextlib.closing(connect_to_run(options)) as arm:
+            return SeenArm.of(arm), look(arm), ""
+    except (LinkError, ArmInUse, DeviceFault) as error:
+        target = chosen_target(options)
+        unasked = f"the {target.config.title} cannot be asked where it stands ({error})"
+        return SeenArm.unasked(target), look(None), unasked
+
+
+@contextlib.contextmanager
+def _patience(options: argparse.Namespace) -> Iterator[Patience]:
+    """Yield the patience of a person who only checks, and wipe its reports away afterwards."""
+    output = RunOutput(as_json=as_json(options))
+    yield Patience(CHECK_S, output.rehearsing)
+    output.wipe()
+
+
+def _said(options: argparse.Namespace) -> RehearsalOptions:
+    """Return what the options say about a rehearsal."""
+    return RehearsalOptions(
+        dict(options.input), options.assume_width, options.check, options.plot is not None
     )
 
 
@@ -249,13 +264,3 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         return
     for line in terminal_lines(sketches, braille=draws_braille()):
         say(line)
-
-
-def check_script(options: argparse.Namespace, lines: SourceLines) -> int:
-    """Rehearse a script on the arm that the options name, and report what was found."""
-
-    def performed(seen: SeenArm, plan: RunPlan, patience: Patience) -> Rehearsal:
-        with script_words(options):
-            return rehearse_script(options.program, options.words, seen, plan, patience)
-
-    return check(options, lines, lambda _: rehearsal_plan(options), performed)

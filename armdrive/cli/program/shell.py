@@ -16,10 +16,9 @@ from types import FrameType, ModuleType, TracebackType
 from typing import NoReturn, Self
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
-from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put, tell
-from armdrive.cli.program.run_arm import put_blocks, require_table, slow_down
+from armdrive.cli.chosen_arm import switch_on_settled
+from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put
+from armdrive.cli.program.run_arm import connect_to_run
 from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.program.run_person import LOOK_EVERY_S, Pressed, RunTerminal, stopped_by_interrupt
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
@@ -50,7 +49,7 @@ else:
     READLINE = readline
 
 HISTORY = "shell_history"
-LARGEST_BYTES = 1_000_000
+LARGEST_BYTES = 1_000_000  # of the history: its last lines, where it has grown longer
 MOST_LINES = 1000
 """Lines that the history keeps."""
 
@@ -254,20 +253,18 @@ PROMPT, MORE = "> ", "... "
 
 def run(options: argparse.Namespace) -> int:
     """Take lines until they end."""
-    at_terminal = sys.stdin.isatty() and not as_json(options)
-    require_table(chosen_target(options), options.put)
-    arm = connect_chosen(options, pace=options.pace)
-    with contextlib.closing(arm):
-        put_blocks(arm, options.put)
-        tell(options, arm.status.which)
-        _settle(arm, at_terminal)
-        switch_on_settled(arm)
-        slow_down(arm, options)
-        return (from_a_terminal if at_terminal else from_a_pipe)(arm, options)
+    take = from_a_terminal if _at_terminal(options) else from_a_pipe
+    with contextlib.closing(connect_to_run(options, settle=_settle)) as arm:
+        return take(arm, options)
 
 
-def _settle(arm: Arm, at_terminal: bool) -> None:
+def _at_terminal(options: argparse.Namespace) -> bool:
+    return sys.stdin.isatty() and not as_json(options)
+
+
+def _settle(arm: Arm, options: argparse.Namespace) -> None:
     """Settle whether the position can be trusted; at a terminal a no leaves the prompt there."""
+    at_terminal = _at_terminal(options)
     try:
         settle_trust(arm)
     except OperatorNeeded:
@@ -275,6 +272,7 @@ def _settle(arm: Arm, at_terminal: bool) -> None:
             raise
     if at_terminal and not arm.simulated:
         arm.operator = ask_at_prompt
+    switch_on_settled(arm)
 
 
 def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:

@@ -19,7 +19,7 @@ from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import check_name
 from kinematics.text import counted
 
-LOOK_EVERY_S = 0.1
+LOOK_EVERY_S = 0.1  # eight looks within the usual rest, `REST_S`
 
 
 def record(options: argparse.Namespace) -> Result:

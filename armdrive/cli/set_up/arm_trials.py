@@ -9,9 +9,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import read
-from armdrive.cli.presenter import Result, as_json, say
-from armdrive.cli.questions import TerminalPerson, ask_yes_no
+from armdrive.cli.arm_files import path_of
+from armdrive.cli.presenter import Result
+from armdrive.cli.questions import TerminalPerson
 from armdrive.cli.set_up.attendance import Attendance, attendance, is_simulated
 from armdrive.cli.terminal_operator import posture_pictures
 from armdrive.config.arm import ArmConfig, limit_remarks
@@ -28,7 +28,7 @@ from armdrive.setup.arm_checks import (
     switches_of,
 )
 from armdrive.setup.directions import Signs
-from armdrive.setup.filing import FileProposal, propose
+from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture
 from armdrive.storage.files import require_writable
 
@@ -62,7 +62,7 @@ def _to_change(options: argparse.Namespace) -> tuple[Path, ArmConfig]:
 
     Raises `OSError` if it could not be written after the trial.
     """
-    path = read(options.name).path
+    path = path_of(options.name)
     config = load_arm(path)
     if not is_simulated(options):
         require_writable(path.parent)  # before a person and the motors work for nothing
@@ -85,7 +85,7 @@ def signs(options: argparse.Namespace) -> Iterator[Result]:
     right = () if proposal.differs or proposal.remarks else ("every direction is correct",)
     lines = (*proposal.difference, *proposal.remarks, *right)
     yield Result(view, lines, 1 if found.unclear else 0)
-    _write_down(proposal, options, attended)
+    attended.write_down(proposal)
 
 
 UNHEEDED = (
@@ -117,13 +117,4 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
     else:
         lines += proposal.difference
     yield Result(view, lines)
-    _write_down(proposal, options, attended)
-
-
-def _write_down(proposal: FileProposal, options: argparse.Namespace, attended: Attendance) -> None:
-    """Write a change that was shown, if the user agrees; for a simulated arm nothing is written."""
-    if attended.simulated or as_json(options) or not proposal.differs:
-        return
-    if ask_yes_no(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
-        proposal.write()
-        say(f"written: {proposal.path}")
+    attended.write_down(proposal)

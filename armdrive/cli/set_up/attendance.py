@@ -8,10 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from armdrive.cli.presenter import as_json, tell
-from armdrive.cli.questions import TerminalPerson
+from armdrive.cli.presenter import as_json, say, tell
+from armdrive.cli.questions import TerminalPerson, ask_yes_no
 from armdrive.connect.target import simulation_forced
 from armdrive.errors import OperatorNeeded
+from armdrive.setup.filing import FileProposal
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.simulated_arm import SimulatedArm
 
@@ -28,6 +29,14 @@ class Attendance:
         """Return who handles and watches a simulated arm, and answers or asks at the terminal."""
         # no command continues from a question: nothing is kept of a simulated arm
         return SimulatedPerson(twin, self.tell, None if self.alone else TerminalPerson().answer)
+
+    def write_down(self, proposal: FileProposal) -> None:
+        """Write a change that was shown, if the user agrees; for a simulated arm write nothing."""
+        if self.simulated or not proposal.differs:
+            return
+        if ask_yes_no(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
+            proposal.write()
+            say(f"written: {proposal.path}")
 
 
 def is_simulated(options: argparse.Namespace) -> bool:

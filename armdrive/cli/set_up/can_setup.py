@@ -8,9 +8,11 @@ from __future__ import annotations
 import argparse
 import contextlib
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 
-from armdrive.cli.presenter import Outcome, Result, put, say, say_lines, tell
+from armdrive.cli.presenter import Result, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, ask_value, ask_yes_no
 from armdrive.cli.set_up.arguments import ADAPTERS
 from armdrive.cli.set_up.attendance import Attendance, attendance
@@ -33,21 +35,25 @@ from armdrive.registry.arm_files import (
 )
 from armdrive.setup import dialog_runner
 from armdrive.setup.commissioning import CommissioningOutcome, commission, measure_units
-from armdrive.setup.dialog_runner import DialogClock, drive_dialog
-from armdrive.setup.filing import after_writing, propose_drives, propose_keys, signs_of
+from armdrive.setup.dialog_runner import Clock, DialogClock, drive_dialog
+from armdrive.setup.filing import (
+    FileProposal,
+    after_writing,
+    propose_drives,
+    propose_keys,
+    signs_of,
+)
 from armdrive.setup.plan import (
     CommissioningPlan,
+    Notes,
     commissionable,
     plan_of,
     read_notes,
     without_motions,
     write_notes,
 )
-from armdrive.setup.simulated_person import SimulatedPerson
-from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import kept_aside, require_writable
-from armdrive.tasks import MeasuredUnits
 from armdrive.text.reading import is_there
 from armdrive.transports import opening, ports
 from armdrive.transports.address import is_can
@@ -56,7 +62,7 @@ from armdrive.transports.link import Link
 DONE, UNFINISHED = 0, 1
 
 
-def set_up(options: argparse.Namespace) -> Outcome:
+def set_up(options: argparse.Namespace) -> Iterator[Result]:
     """Hold the dialog, then write the arm file."""
     attended = attendance(options, "plug real drives in and watch their motors")
     if attended.simulated and options.port:
@@ -72,9 +78,7 @@ def set_up(options: argparse.Namespace) -> Outcome:
             f"There is no arm file named {options.name} yet: the arm is taken for a "
             f"{config.title}. For another arm write its file first, with `armdrive config new`.",
         )
-    if attended.simulated:
-        return _practise(config, plan, options, attended)
-    return _commission(config, plan, options)
+    return _commission(config, plan, options, attended)
 
 
 def _config(name: str) -> ArmConfig:
@@ -88,70 +92,100 @@ def _config(name: str) -> ArmConfig:
     return preset_arm(path.stem, connection)
 
 
-def _commission(config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace) -> int:
-    """Commission real drives."""
-    port = _port_of(config, options)
-    notes = read_notes(plan.name, config.calibration)
-    with _opened(config, port) as link:
-        keep = lambda found: write_notes(plan.name, config.calibration, found)  # noqa: E731
-        person = _person(options)
-        dialog = drive_dialog(link, plan.scripts(), dialog_runner.RealClock(), person, keep)
-        outcome = commission(dialog, plan, notes, again=options.again)
-    _end(config, plan, outcome, port, options)
-    return DONE if outcome.finished else UNFINISHED
+# The drives of a dialog: behind the adapter of a real arm, or simulated as they are shipped.
+
+
+@dataclass(frozen=True, slots=True)
+class _Drives:
+    """The link to the drives, its clock, who handles and watches them, and their port."""
+
+    link: Link
+    clock: Clock
+    person: DialogPerson
+    port: str = ""
 
 
 @contextlib.contextmanager
-def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
-    """Open the adapter and lock the arm: other armdrive programs can only stop this one."""
+def _drives(
+    config: ArmConfig, options: argparse.Namespace, attended: Attendance, *, unplugged: int = 0
+) -> Iterator[_Drives]:
+    """Open the adapter of real drives, or make simulated ones, the first of them `unplugged`.
+
+    Other armdrive programs can only stop a dialog with real ones. Raises `OSError` if the arm file
+    could not be written afterwards.
+    """
+    if attended.simulated:
+        twin = simulate(config, factory=True)
+        attended.tell("These drives are simulated, and new; nothing is written.")
+        person = attended.simulated_person(twin)
+        person.unplug_all(unplugged)
+        yield _Drives(twin.link, DialogClock(), person)
+        return
+    require_writable(arm_path(options.name).parent)  # before a person works for nothing
+    port = options.port or _known_port(config) or chosen_port()
+    terminal = TerminalPerson(command_line("can", "setup", options.name))
     with (
         hold(config.name, port) as lock,
         contextlib.closing(opening.open_link(port, config.connection.baud)) as link,
     ):
         serve_stop(lock, "sets its drives up")
-        yield link
-
-
-def _port_of(config: ArmConfig, options: argparse.Namespace) -> str:
-    """Return the adapter that is named, or the arm file's, or the one that the user chooses.
-
-    Raises `OSError` if the arm file could not be written afterwards.
-    """
-    require_writable(arm_path(options.name).parent)  # before a person works for nothing
-    return options.port or _known_port(config) or chosen_port()
+        yield _Drives(link, dialog_runner.RealClock(), terminal, port)
 
 
 def _known_port(config: ArmConfig) -> str:
     return PortOpening(config).find() if config.connection.names_port else ""
 
 
-def _person(options: argparse.Namespace) -> TerminalPerson:
-    return TerminalPerson(command_line("can", "setup", options.name))
+def _keep_nothing(_notes: Mapping[str, Notes]) -> None:
+    """Keep no notes: of simulated drives, and where the result is written at once."""
 
 
-def _new_drives(config: ArmConfig, attended: Attendance) -> tuple[SimulatedArm, SimulatedPerson]:
-    """Return simulated drives as they are shipped, and who handles them."""
-    twin = simulate(config, factory=True)
-    attended.tell("These drives are simulated, and new; nothing is written.")
-    return twin, attended.simulated_person(twin)
+def _commission(
+    config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, attended: Attendance
+) -> Iterator[Result]:
+    """Commission drives, show the arm file, and write it if the user agrees."""
+    notes: dict[str, Notes] = {}
+    keep: Callable[[Mapping[str, Notes]], None] = _keep_nothing
+    if not attended.simulated:
+        notes = read_notes(plan.name, config.calibration)
+        keep = partial(write_notes, plan.name, config.calibration)
+    with _drives(config, options, attended, unplugged=len(plan.drives)) as drives:
+        dialog = drive_dialog(drives.link, plan.scripts(), drives.clock, drives.person, keep)
+        outcome = commission(dialog, plan, notes, again=options.again)
+    path = arm_path(options.name)
+    found, left_out = outcome.notes, outcome.left_out
+    proposal = propose_drives(path, config, plan, found, drives.port, left_out)
+    yield Result(None, _unfinished(plan, outcome))
+    view = {"arm": plan.name, "left_out": list(left_out), "arm_file": proposal.after}
+    text = ("", "The arm file would be:" * attended.simulated, *proposal.after.split("\n"))
+    yield Result(view, text, DONE if outcome.finished else UNFINISHED, verbatim=True)
+    if not attended.simulated:
+        _write_down(plan, proposal, found)
 
 
-def _practise(
-    config: ArmConfig,
-    plan: CommissioningPlan,
-    options: argparse.Namespace,
-    attended: Attendance,
-) -> Result:
-    """Commission simulated new drives. Nothing is kept, and no file is written."""
-    twin, person = _new_drives(config, attended)
-    person.unplug_all(len(plan.drives))
-    dialog = drive_dialog(twin.link, plan.scripts(), DialogClock(), person, lambda _notes: None)
-    outcome = commission(dialog, plan, {}, again=True)
-    notes, left_out = outcome.notes, outcome.left_out
-    text = propose_drives(arm_path(options.name), config, plan, notes, "", left_out).after
-    view = {"arm": plan.name, "left_out": list(left_out), "arm_file": text}
-    lines = ("", "The arm file would be:", "", *text.split("\n"))
-    return Result(view, lines, DONE if outcome.finished else UNFINISHED)
+def _unfinished(plan: CommissioningPlan, outcome: CommissioningOutcome) -> Iterator[str]:
+    if unclear := signs_of(plan, outcome.notes).unclear:
+        yield f"The directions of {', '.join(unclear)} contradict each other: repeat with --again."
+    if outcome.left_out:
+        yield f"Left out: {', '.join(outcome.left_out)}. The same command continues there."
+
+
+def _write_down(
+    plan: CommissioningPlan, proposal: FileProposal, found: Mapping[str, Notes]
+) -> None:
+    """Write the arm file if the user agrees; then the notes keep no motions, which it has."""
+    path = proposal.path
+    arm = parse_arm(tomllib.loads(proposal.after), name=plan.name, folder=path.parent)
+    old = f" (the old text is kept as {kept_aside(path).name})" if proposal.before else ""
+    if not proposal.differs:
+        say(f"{path} contains all this already.")
+    elif ask_yes_no(
+        f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."
+    ):
+        proposal.write(keep_old=True)
+        kept = {name: without_motions(each) for name, each in found.items()}
+        write_notes(plan.name, arm.calibration, kept)
+        say_lines("\n".join(after_writing(path, arm)))
 
 
 # The units of drives that have their ids and settings already.
@@ -165,74 +199,26 @@ def _measure(
     units: UnitKeys,
     options: argparse.Namespace,
     attended: Attendance,
-) -> Outcome:
+) -> Iterator[Result]:
     """Measure the units of an arm's drives, and write them if the user agrees."""
-    if attended.simulated:
-        twin, person = _new_drives(config, attended)
-        found = _measured(twin.link, DialogClock(), person, config, bus)
-    else:
-        with _opened(config, _port_of(config, options)) as link:
-            found = _measured(link, dialog_runner.RealClock(), _person(options), config, bus)
-    if not found:
-        return Result({"arm": config.name, "units": {}}, (), UNFINISHED)
-    path, keys = arm_path(options.name), units(config.device, found)
-    proposal = propose_keys(path, bus.dialect, keys, MEASURED)
-    view = {"arm": config.name, "units": dict(keys), "lines": list(proposal.difference)}
-    if attended.simulated:
-        return Result(view, proposal.difference)
-    say_lines(
-        "\n".join(proposal.difference)
-        or "Nothing to write: the arm file or the drives say so already."
-    )
-    if proposal.differs and ask_yes_no(f"Write this to {path}?", "no leaves it unchanged.", "yes"):
-        proposal.write()
-        say(f"written: {path}")
-    return DONE
-
-
-def _measured(
-    link: Link,
-    clock: dialog_runner.Clock,
-    person: DialogPerson,
-    config: ArmConfig,
-    bus: BusTools,
-) -> tuple[MeasuredUnits, ...]:
-    """Hold the dialog; afterwards the drives hold without this program's heartbeat."""
     controller = DIALECTS[bus.dialect].controller(config)
-    scripts = bus.scripts(config.device.ids)
-    dialog = drive_dialog(link, scripts, clock, person, lambda _notes: None)
-    try:
-        return measure_units(dialog, config, controller)
-    finally:
-        link.write(controller.shutdown_frames(), clock.now_s())
-
-
-def _end(
-    config: ArmConfig,
-    plan: CommissioningPlan,
-    outcome: CommissioningOutcome,
-    port: str,
-    options: argparse.Namespace,
-) -> None:
-    """Show the arm file, and write it if the user agrees."""
-    path = arm_path(options.name)
-    proposal = propose_drives(path, config, plan, outcome.notes, port, outcome.left_out)
-    arm = parse_arm(tomllib.loads(proposal.after), name=plan.name, folder=path.parent)
-    if unclear := signs_of(plan, outcome.notes).unclear:
-        say(f"The directions of {', '.join(unclear)} contradict each other: repeat with --again.")
-    if outcome.left_out:
-        say(f"Left out: {', '.join(outcome.left_out)}. The same command continues there.")
-    put(f"\n{proposal.after}\n")
-    old = f" (the old text is kept as {kept_aside(path).name})" if proposal.before else ""
-    if not proposal.differs:
-        say(f"{path} contains all this already.")
-    elif ask_yes_no(
-        f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."
-    ):
-        proposal.write(keep_old=True)
-        found = {name: without_motions(each) for name, each in outcome.notes.items()}
-        write_notes(plan.name, arm.calibration, found)
-        say_lines("\n".join(after_writing(path, arm)))
+    with _drives(config, options, attended) as drives:
+        scripts = bus.scripts(config.device.ids)
+        dialog = drive_dialog(drives.link, scripts, drives.clock, drives.person, _keep_nothing)
+        try:
+            found = measure_units(dialog, config, controller)
+        finally:
+            # they end the heartbeat watch: the drives hold, without an alarm, after this program
+            drives.link.write(controller.shutdown_frames(), drives.clock.now_s())
+    if not found:
+        yield Result({"arm": config.name, "units": {}}, (), UNFINISHED)
+        return
+    keys = units(config.device, found)
+    proposal = propose_keys(arm_path(options.name), bus.dialect, keys, MEASURED)
+    view = {"arm": config.name, "units": dict(keys), "lines": list(proposal.difference)}
+    nothing = ("Nothing to write: the arm file or the drives say so already.",)
+    yield Result(view, proposal.difference or nothing)
+    attended.write_down(proposal)
 
 
 def chosen_port() -> str:

@@ -10,20 +10,19 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.abilities import Budget
-from armdrive.cli.arm_files import choose_default, default_arm, path_of, read
+from armdrive.cli.arm_files import choose_default, default_arm, path_of
 from armdrive.cli.commands import USAGE
 from armdrive.cli.presenter import Result
-from armdrive.config.arm import ArmConfig, remarks_on
+from armdrive.config.arm import ArmConfig, read_arm_table, remarks_on
 from armdrive.config.preset import LENGTHS
 from armdrive.config.write import complete
 from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
-from armdrive.registry.arm_files import ENDING, arm_paths, arm_problems, load_arm, parse_arm
+from armdrive.registry.arm_files import ENDING, arm_of, arm_paths, arm_problems, load_arm
 from armdrive.runtime.stop_bounds import homing_bound, stop_bound
 from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
-from kinematics.errors import KinematicsError
 from kinematics.presets import ArmPreset
 from kinematics.text import counted
 from kinematics.transmission import MotorSpec, Transmission
@@ -75,15 +74,14 @@ def _listed(arms: Sequence[Mapping[str, Any]], default: str) -> Iterator[str]:
 
 def show(options: argparse.Namespace) -> Result:
     """Show an arm as armdrive reads its file."""
-    arm = read(options.name)
+    path = path_of(options.name)
+    table = read_arm_table(path)
     try:
-        config = parse_arm(arm.table, name=arm.name, folder=arm.path.parent)
-    except (ArmFileError, KinematicsError) as error:
-        raise ArmFileError(
-            f"{arm.path}: {error}; `armdrive config check` shows every problem"
-        ) from None
+        config = arm_of(table, path)
+    except ArmFileError as error:
+        raise ArmFileError(f"{error}; `armdrive config check` shows every problem") from None
     if options.toml:
-        text = complete(config, arm.table)
+        text = complete(config, table)
         return Result({"toml": text}, text.rstrip("\n").split("\n"), verbatim=True)
     view = arm_view(config)
     return Result(view, arm_lines(view))
@@ -100,14 +98,15 @@ def check(options: argparse.Namespace) -> Iterator[Result]:
 def _checked(name: str) -> Result:
     remarks: list[str] = []
     try:
-        arm = read(name)
+        path = path_of(name)
+        table = read_arm_table(path)
     except ArmFileError as error:
         called, problems = name, [str(error)]
     else:
-        called = arm.name
-        problems = arm_problems(arm.table, arm.name, arm.path.parent)
+        called = path.stem
+        problems = arm_problems(table, path.stem, path.parent)
         if not problems:
-            remarks += remarks_on(load_arm(arm.path))
+            remarks += remarks_on(arm_of(table, path))
     view = {"arm": called, "ok": not problems, "problems": problems, "remarks": remarks}
     verdict = counted(len(problems), "problem") if problems else "fine"
     lines = (

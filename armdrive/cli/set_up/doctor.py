@@ -6,8 +6,8 @@ import argparse
 import dataclasses
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from types import MappingProxyType, ModuleType
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_error, say, tell
 from armdrive.config.arm import ArmConfig
@@ -15,10 +15,12 @@ from armdrive.connect.port import PortOpening, require_port
 from armdrive.connect.target import find, require_real_ports
 from armdrive.dialog import Finding
 from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.setup.bus_survey import BusSurvey, ids_of, only_bus
 from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 from armdrive.setup.ports import look_at, port_of
 from armdrive.setup.survey import (
     OPENING_RISK,
+    Agree,
     Diagnosis,
     Report,
     measured_jitter,
@@ -54,19 +56,8 @@ def doctor(options: argparse.Namespace) -> Result:
         return _result(report, Diagnosis.CLOSED)
     report.add([of_jitter(measured_jitter())])
     _require_consent(closed.port, options)
-
-    def compare(config: ArmConfig, report: Report) -> None:
-        _deeper().compare_settings(config, report, _fixing(options))
-
-    return _result(report, survey_port(report, closed, config, options.baud, compare))
-
-
-def _deeper() -> ModuleType:
-    """Return the module that surveys a bus, and compares the settings of a controller."""
-    # it loads everything that drives an arm, which a silent port does not need
-    from armdrive.setup import bus_survey
-
-    return bus_survey
+    found = survey_port(report, closed, config, options.baud, _fixing(options))
+    return _result(report, found)
 
 
 def _report(port: str, options: argparse.Namespace) -> Report:
@@ -91,14 +82,13 @@ def _what_next(report: Report) -> Iterator[str]:
 
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
     """Survey the CAN bus that is meant."""
-    deeper = _deeper()
     own = None if options.can or config is None else PortOpening(config).find()
     port = own or _named_port(options)
     if not is_can(port):
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
-    ids = deeper.ids_of(options.ids) if options.ids else ()
-    survey = deeper.BusSurvey(report, config, ids, options.every_rate, _fixing(options))
+    ids = ids_of(options.ids) if options.ids else ()
+    survey = BusSurvey(report, config, ids, options.every_rate, _fixing(options))
     return _result(report, survey.run())
 
 
@@ -107,10 +97,10 @@ def _named_port(options: argparse.Namespace) -> str:
     bus: str = options.can or ""
     if bus and not is_can(bus):
         return PREFIX + bus
-    return bus or options.port or str(_deeper().only_bus())
+    return bus or options.port or only_bus()
 
 
-def _fixing(options: argparse.Namespace) -> Callable[[DeviceSettings], bool] | None:
+def _fixing(options: argparse.Namespace) -> Agree | None:
     """Return what asks whether to write settings; None without --fix."""
 
     def may_write(settings: DeviceSettings) -> bool:

@@ -2,7 +2,7 @@
 
 Which file decides what:
 
-    words      every word of programs and of the shell: one table for checks, help and docs
+    words      every word of programs: one table for checks, help and docs
     grammar    `program.lark` made into a tree, and the sentences about mistakes
     syntax     the tree; `writing` turns it back into text
     values     numbers, truth, texts, places

@@ -4,7 +4,19 @@ The program's instructions come first, then those of its subprograms. Everything
 reported at once.
 
 Each line is one instruction; blocks add instructions that jump. So a single number says where a run
-is, whatever blocks it is in, and can be written down. Values stay trees.
+is, whatever blocks it is in, and can be written down. Values stay trees. For example:
+
+    repeat 2 as i           0  rounds 2          the rounds in all
+                            1  round into i      the next round, or on at 6 after the last one
+      if i > 1              2  unless i > 1      on at 4
+        fetch(i)            3  call i into x     on at 7, and back to 4
+      end
+      ready                 4  ready
+    end                     5  jump              to 1
+                            6  return            ends the program
+    define fetch(x)
+      type x                7  type x
+    end                     8  return            to the line after the call
 """
 
 from __future__ import annotations

@@ -48,13 +48,7 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.values import OPERATORS
 from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
-from armdrive.programs.problems import (
-    Problem,
-    SourceMark,
-    lines_of,
-    numbered_lines,
-    program_error,
-)
+from armdrive.programs.problems import Problem, SourceMark, lines_of
 from kinematics.errors import suggestion
 
 # Sentences about a line that cannot be read.
@@ -521,14 +515,6 @@ def read_values(line: str, number: int = 1, file: str = "") -> tuple[Expression,
     """Return the values of a line that has nothing else. Raises `LineMistake`."""
     reader = ProgramReader(file, start="values")
     return tuple(cast("list[Expression]", reader.take(line, number, end="$END")))
-
-
-def parse(text: str, file: str = "") -> Tree:
-    """Return the tree of a program. Raises `ProgramError` with every unreadable line."""
-    tree, problems = read_tree(text, file)
-    if problems:
-        raise program_error(problems, numbered_lines(lines_of(text), file))
-    return tree
 
 
 def read_tree(text: str, file: str = "") -> tuple[Tree, list[Problem]]:

@@ -1,4 +1,4 @@
-"""The words of programs and of the shell: reading, checks, help and docs use them."""
+"""The words of programs: reading, checks, help and docs use them."""
 
 from __future__ import annotations
 
@@ -188,35 +188,6 @@ FORMS = (
 )  # fmt: skip
 """The lines that shape a program."""
 
-OVER = "over"
-"""The word after the name of a file that may be overwritten."""
-
-SHELL = (
-    WordForm("help", "help [WORD]", "List all words, or explain one."),
-    WordForm("where", "where", "Where the arm stands."),
-    WordForm("status", "status", "Everything known about the arm."),
-    WordForm("names", "names", "The values, subprograms and points named so far."),
-    WordForm("points", "points", "The points named here, and the saved points."),
-    WordForm("list", "list", "The lines carried out so far, as a program."),
-    WordForm("drop", "drop NUMBER", "Remove an entry from the list. Undoes nothing."),
-    WordForm("save", f"save FILE.arm [{OVER}]", "Write the list into a program file."),
-    WordForm("load", "load FILE.arm", "Take a file's subprograms, points and values."),
-    WordForm("new", "new", "Forget names, subprograms and the list."),
-    WordForm(
-        "put",
-        "put NAME X Y [WIDTH [HEIGHT]]",
-        "Put a block on a simulated arm's table, or move it there, mm.",
-    ),
-    WordForm("blocks", "blocks", "Where the blocks of a simulated arm stand."),
-    WordForm("reset", "reset", "Clear an error, after you have looked at the arm. Moves nothing."),
-    WordForm("reconnect", "reconnect", "Reconnect a lost connection. Moves nothing."),
-    WordForm("enable", "enable", "Switch the motors on. Moves nothing."),
-    WordForm("disable", "disable [yes]", "Switch the motors off. The arm can sag."),
-    WordForm("quit", "quit", "Leave, as Ctrl-D does. `exit` is the same."),
-    WordForm("exit", "exit", "Leave, as `quit` does."),
-)
-"""The words of the shell."""
-
 SHAPES = (*(form.name for form in FORMS if form.name.isalpha()), "else")
 """The first words of the lines that shape a program."""
 
@@ -281,15 +252,12 @@ RESERVED = frozenset({
 
 
 def overview() -> list[str]:
-    """Return all words, a line for each group, as the shell shows them."""
+    """Return all words of programs, a line for each group, as the shell shows them."""
     found = ["words of a program: `help WORD` explains one, docs/reference/programs.md all of them"]
     for title, words in GROUPS.items():
         found.append(f"  {title}: {', '.join(word.name for word in words)}")
     found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
     found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', HERE))}; a value alone is shown")
-    found.append("words of the shell")
-    found += [f"  {row.pattern:<34}{row.says}" for row in SHELL]
-    found.append("Ctrl-C stops what moves; a block ends with `end`")
     return found
 
 
@@ -304,7 +272,7 @@ def meanings(name: str) -> list[str]:
     if name in FUNCTIONS:
         row = FUNCTIONS[name]
         found.append(f"{row.name}(...)\n  {row.says}\n  {row.example}")
-    forms = [form for form in (*FORMS, *SHELL) if form.name == name]
+    forms = [form for form in FORMS if form.name == name]
     return found + [f"{form.pattern}\n  {form.says}" for form in forms]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from armdrive.programs.language.grammar import parse
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -42,11 +41,6 @@ _MINUS, _PART = 7, 8
 def unparse(tree: Tree) -> str:
     """Return a program's text; reading it returns an equal tree."""
     return "".join(f"{line}\n" for line in _block(tree.body, ""))
-
-
-def formatted(text: str, file: str = "") -> str:
-    """Return a program's text in the present spelling. Raises `ProgramError`."""
-    return unparse(parse(text, file))
 
 
 def written(value: Expression) -> str:

@@ -5,7 +5,7 @@ import sys
 from contextlib import contextmanager
 
 import pytest
-from cli_calls import started
+from command_host import HostedCommand
 from waiting import LONG_S, suspended, until
 
 from kinematics import Motors
@@ -36,7 +36,7 @@ class Moving:
 
     def __init__(self, sim: Served) -> None:
         words = ["move", "--base", "80", "--speed", "20%", "--allow-restored", *arm_on(sim)]
-        self.process = started(*words)
+        self.process = HostedCommand(*words)
         sim.watch.wait_until_moving()
 
     def end(self) -> tuple[int, str]:

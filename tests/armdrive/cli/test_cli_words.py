@@ -125,7 +125,7 @@ def test_an_unknown_word_is_answered_with_the_nearest_command_or_the_help(call):
 
 @every_row("word", INSTEAD)
 def test_a_word_of_another_program_is_answered_with_the_command_to_type(call, word):
-    assert f"type `{INSTEAD[word]}`" in call.refused(*word.split(), code=2)
+    assert f"type `{INSTEAD[word]}`" in call.refused(word, code=2)
     assert INSTEAD[word].split()[1] in COMMANDS
 
 
@@ -242,53 +242,65 @@ OF_OTHERS = (
     "armdrive.sim.bus", "armdrive.trace.files", "difflib", "kinematics.frames.graph", "tomlkit",
 )  # fmt: skip
 """What an arm on a serial line does without: buses, interviews, recordings that are written."""
-DRIVING = (
+NO_ARM = (
     "armdrive.arm", "armdrive.connect.parts", "armdrive.runtime.engine",
-    "armdrive.storage.arm_lock",
+    "armdrive.storage.arm_lock", "armdrive.motion", "armdrive.programs", "armdrive.sim",
+    "multiprocessing", "tomlkit",
 )  # fmt: skip
+"""What a command does without that reads files alone."""
 
 
-@pytest.mark.parametrize(
-    ("words", "spared"),
-    [
+SESSIONS = {
+    "from the lightest on": (
+        ("explain", ("armdrive.config", "armdrive.status", "kinematics.chains.arm", "socket")),
+        ("fk 0 0 0 0 0", ("armdrive.storage", "socket")),
+        ("points list", NO_ARM),
+        ("ports", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim", "can")),
         ("status", (*OF_OTHERS, "armdrive.programs", "armdrive.render", "can", "lark")),
-        ("home; move --shoulder 10", (*OF_OTHERS, "armdrive.programs")),
-        ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
+        ("home", (*OF_OTHERS, "armdrive.programs")),
+        ("move --shoulder 10", (*OF_OTHERS, "armdrive.programs")),
+    ),
+    "other dialects": (
+        ("stop", ("armdrive.config", "armdrive.dialects.recognition", "armdrive.status")),
+        ("log", NO_ARM),
+        ("config check", NO_ARM),
         ("status --port /dev/none --dialect grbl", (
             "armdrive.sim", "armdrive.dialects.teachmover.pendant",
         )),
+        ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
+    ),
+    "a script": (
         ("run SCRIPT", (
             *OF_OTHERS, "armdrive.programs.rehearsal", "lark",
             "armdrive.sim.device", "firmware_protocol.teachmover",
         )),
-        ("ports; doctor", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim", "can")),
-        ("points list; config check; log", (
-            *DRIVING, "armdrive.motion", "armdrive.programs", "armdrive.sim", "multiprocessing",
-            "tomlkit",
-        )),
-        ("explain", ("armdrive.config", "armdrive.status", "kinematics.chains.arm", "socket")),
-        ("fk 0 0 0 0 0", ("armdrive.storage", "socket")),
-        ("stop", ("armdrive.config", "armdrive.dialects.recognition", "armdrive.status")),
-    ],
-)  # fmt: skip
-def test_a_command_loads_nothing_that_only_others_need(words, spared, tmp_path):
+    ),
+}  # fmt: skip
+"""Commands of one process, each with what is not loaded yet when it has ended."""
+
+
+@pytest.mark.parametrize("session", SESSIONS)
+def test_a_command_loads_nothing_that_only_others_need(session, tmp_path):
     script = tmp_path / "empty.py"
     script.write_text("")
     program = (
         "import contextlib, sys\nfrom armdrive.cli import main\n"
-        "for words in sys.argv[1].split(';'):\n"
+        "for words in sys.argv[1:]:\n"
         "    with contextlib.suppress(SystemExit):\n"
         "        main(words.split())\n"
-        "print(*sys.modules, file=sys.stderr)"
+        "    print('loaded', *sys.modules, file=sys.stderr)"
     )
+    commands = [words.replace("SCRIPT", str(script)) for words, _ in SESSIONS[session]]
     ended = subprocess.run(
-        [sys.executable, "-c", program, words.replace("SCRIPT", str(script))],
+        [sys.executable, "-c", program, *commands],
         capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL,
         env={**os.environ, "ARMDRIVE_HOME": str(tmp_path)},
     )  # fmt: skip
-    loaded = ended.stderr.splitlines()[-1].split()
-    assert "armdrive.cli.runner" in loaded
-    assert [name for name in loaded if f"{name}.".startswith(tuple(f"{s}." for s in spared))] == []
+    told = [line.split() for line in ended.stderr.splitlines() if line.startswith("loaded ")]
+    for (words, spared), loaded in zip(SESSIONS[session], told, strict=True):
+        assert "armdrive.cli.runner" in loaded
+        others = tuple(f"{each}." for each in spared)
+        assert [name for name in loaded if f"{name}.".startswith(others)] == [], words
 
 
 @every_row("name", COMMANDS)

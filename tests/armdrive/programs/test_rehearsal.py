@@ -20,7 +20,12 @@ from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, Read
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import ArmProgram
 from armdrive.programs.progress import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
-from armdrive.programs.rehearsal import Patience, SeenArm, require_rehearsed
+from armdrive.programs.rehearsal import (
+    Patience,
+    RehearsalOptions,
+    SeenArm,
+    require_rehearsed,
+)
 from armdrive.programs.rehearsal import rehearse as rehearse_within
 from armdrive.programs.running import ProgramRun, RunPlan
 from armdrive.registry import DIALECTS
@@ -29,8 +34,8 @@ from kinematics.errors import KinematicsError
 AGES = Patience(math.inf)
 
 
-def rehearse(seen, plan):
-    return rehearse_within(seen, plan, AGES)
+def rehearse(seen, plan, **said):
+    return rehearse_within(seen, plan, AGES, RehearsalOptions(**said))
 
 
 TOUR = (
@@ -127,7 +132,7 @@ def real(arm):
 def test_unknown_widths_are_assumed(width_mm, found_mm):
     arm = real(table_arm("teachmover"))
     script = Script(PICK_AND_PLACE)
-    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script, width_mm=width_mm))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script), width_mm=width_mm)
     assert script.made[0].answers[2] == pytest.approx(found_mm, abs=0.5)
     word = "nothing" if width_mm is None else f"something {width_mm:g} mm wide"
     assert [str(each) for each in rehearsal.assumptions] == [f"line 3: the fingers find {word}"]
@@ -147,7 +152,7 @@ def test_assumed_inputs_are_reported():
             AwaitInputs(low=(4,)),
         )
     )
-    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script, inputs={4: True}))
+    rehearsal = rehearse(SeenArm.of(arm), RunPlan(script), inputs={4: True})
     assert script.made[0].answers == [False, True, True, True, False, True]
     assert [each.took_s for each in rehearsal.loops[0]] == [0, 0, 0, 0, 100, 0]
     assert [(str(each), each.matters) for each in rehearsal.assumptions] == [
@@ -221,9 +226,9 @@ ENDLESS = {
 PLACES = "point p = at(250, 60, 65, -90)\npoint q = at(250, -60, 65, -90)\n"
 
 
-def rehearsed(arm, text, patience=AGES, **more):
+def rehearsed(arm, text, patience=AGES, **said):
     source = ArmProgram(read_program(text), arm.config).machine
-    return rehearse_within(SeenArm.of(arm), RunPlan(source, **more), patience)
+    return rehearse_within(SeenArm.of(arm), RunPlan(source), patience, RehearsalOptions(**said))
 
 
 @pytest.mark.parametrize("text", ["while on\ntype 1\nend", "n = 0\nrepeat\nn = n + 1\ntype n\nend"])
@@ -285,11 +290,11 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
     refused = rehearse(SeenArm.of(arm), RunPlan(script))
     assert isinstance(refused.refusal, NotReferenced)
     assert refused.at.line == 1
-    assumed = rehearse(SeenArm.of(arm), RunPlan(script, settle=True))
+    assumed = rehearse(SeenArm.of(arm), RunPlan(script), settle=True)
     assert assumed.refusal is None
     assert "reference posture" in str(assumed.assumptions[0])
     homed = Script((Home(), *TOUR))
-    assert rehearse(SeenArm.of(arm), RunPlan(homed, settle=True)).assumptions == ()
+    assert rehearse(SeenArm.of(arm), RunPlan(homed), settle=True).assumptions == ()
     assert rehearse(SeenArm.of(arm), RunPlan(homed)).refusal is None
 
 
@@ -307,8 +312,8 @@ def test_an_arm_whose_lengths_are_not_measured_is_refused_cartesian_goals_in_the
 
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks"])
 def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect):
-    plan = RunPlan(Script(TOUR[:1]), settle=True)
-    rehearsal = rehearse(SeenArm(simulated_config(dialect)), plan)
+    seen = SeenArm(simulated_config(dialect))
+    rehearsal = rehearse(seen, RunPlan(Script(TOUR[:1])), settle=True)
     assert rehearsal.refusal is None
     assert rehearsal.assumptions[0].mark is None
 
@@ -318,7 +323,7 @@ def test_a_suspect_position_is_assumed_right_if_that_is_allowed():
     arm.move_j(base_deg=30)
     arm.disable()
     arm.enable()
-    assumed = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR), settle=True))
+    assumed = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR)), settle=True)
     assert "where it was last seen" in str(assumed.assumptions[0])
     refusal = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR))).refusal
     assert isinstance(refusal, NotReferenced)
@@ -329,8 +334,7 @@ def test_a_suspect_position_is_assumed_right_if_that_is_allowed():
 
 def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
     arm = table_arm("teachmover")
-    plan = RunPlan(Script(TOUR), traced=True)
-    path = rehearse(SeenArm.of(arm), plan).path
+    path = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR)), traced=True).path
     assert path[0] == pytest.approx((arm.pose.x_mm, arm.pose.y_mm, arm.pose.z_mm), abs=0.5)
     assert path[-1] == pytest.approx((127, 0, 30), abs=1)
     lowest = min(z for _, y, z in path if y > 15)
@@ -371,6 +375,7 @@ RUNS = {
         [(1, 1, 0, 95), (2, 1, 30, 65), (3, 1, 60, 35), (2, 1, 30, 65)]),
     "the last rehearsed loop stands for the rest": (
         LOOPS, 4, [(1, 1, 0, 95), (1, 2, 40, 55), (1, 3, 60, 35), (1, 4, 80, 15)]),
+    "more loops than anyone counts": (LOOPS, 10**12, [(1, 10**12, 100, 15)]),
     "without an end it is the loop that counts": (LOOPS, FOR_EVER, [(1, 700, 0, 15)]),
     "nothing is known without a rehearsal": ((), 1, [(1, 1, None, None)]),
     "nothing takes time": ([took((1, 0.0))], 1, [(1, 1, 0, 0)]),
@@ -391,6 +396,7 @@ def test_how_far_a_run_has_come(name):
 def test_the_whole_time_is_known_unless_there_is_no_end():
     assert RunProgress([ONCE]).total_s == 100
     assert RunProgress(LOOPS, repeated=4).total_s == 100
+    assert RunProgress(LOOPS, repeated=10**12).total_s == 40 + 20 * (10**12 - 1)
     assert RunProgress(LOOPS, repeated=FOR_EVER).total_s is None
     assert RunProgress(()).total_s is None
 

@@ -17,8 +17,7 @@ from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.rehearsal import Patience, SeenArm
-from armdrive.programs.running import RunPlan
+from armdrive.programs.rehearsal import Patience, RehearsalOptions, SeenArm
 from armdrive.programs.script_rehearsal import rehearse_script
 from armdrive.programs.scripts import (
     Connections,
@@ -28,6 +27,7 @@ from armdrive.programs.scripts import (
 )
 
 AGES = Patience(math.inf)
+SETTLED = RehearsalOptions(settle=True)
 
 TOUR = """\
     from armdrive import Arm, Pose
@@ -208,7 +208,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
         "    with Arm.connect(name) as arm:\n"
         "        assert round(arm.joints.deg['base']) == 33, arm.joints\n"
     )
-    found = rehearse_script(Path(script), (), SeenArm.of(arm), RunPlan(settle=True), AGES)
+    found = rehearse_script(Path(script), (), SeenArm.of(arm), AGES, SETTLED)
     assert (found.refusal, found.assumptions) == (None, ())
 
 
@@ -451,10 +451,9 @@ ROUND = f"""{CENTRE}
 @pytest.fixture
 def traced(write):
     def trace(text, *, wanted=True):
-        plan = RunPlan(settle=True, traced=wanted)
-        found = rehearse_script(
-            Path(write(text)), (), SeenArm(simulated_config("teachmover")), plan, AGES
-        )
+        said = replace(SETTLED, traced=wanted)
+        seen = SeenArm(simulated_config("teachmover"))
+        found = rehearse_script(Path(write(text)), (), seen, AGES, said)
         assert found.refusal is None
         return found.path
 

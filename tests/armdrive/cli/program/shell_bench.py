@@ -4,18 +4,13 @@ import os
 import pty
 import re
 import select
-import subprocess
-import sys
+import signal
 
+from command_host import begin, ended
 from waiting import LONG_S, looks
 
 AGAIN_S = 1.0
 PROMPT, MORE = "\n> ", "\n... "
-_OWN_TERMINAL = """\
-import fcntl, os, sys, termios
-fcntl.ioctl(0, termios.TIOCSCTTY, 0)
-os.execv(sys.executable, [sys.executable, "-m", "armdrive", "shell", *sys.argv[1:]])
-"""
 _WIPED = re.compile(r"[^\n]*\r\x1b\[K")
 _CODES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
 CTRL_C, CTRL_D = "\x03", "\x04"
@@ -26,16 +21,11 @@ class Prompt:
 
     def __init__(self, *words: str, columns: int = 200) -> None:
         self._number, slave = pty.openpty()
-        self.process = subprocess.Popen(
-            [sys.executable, "-c", _OWN_TERMINAL, *words],
-            stdin=slave,
-            stdout=slave,
-            stderr=slave,
-            start_new_session=True,
-            env={**os.environ, "TERM": "xterm", "COLUMNS": str(columns)},
-        )
+        environment = {"TERM": "xterm", "COLUMNS": str(columns)}
+        self._pid, self._alive = begin(("shell", *words), [slave] * 3, environment)
         os.close(slave)
         self._raw = ""
+        self._over = False
 
     def type(self, text: str) -> None:
         """Type without Enter."""
@@ -72,12 +62,14 @@ class Prompt:
             self._raw += data
             if not data:
                 break
-        return self.process.wait(LONG_S)
+        self._over = True
+        return ended(self._pid, self._alive, LONG_S)
 
     def close(self) -> None:
-        """Kill the shell."""
-        self.process.kill()
-        self.process.wait()
+        """Kill the shell, unless it has ended by itself."""
+        if not self._over:
+            os.kill(self._pid, signal.SIGKILL)
+            self.end()
         os.close(self._number)
 
     def _shown(self) -> str:

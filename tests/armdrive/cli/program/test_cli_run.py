@@ -158,6 +158,7 @@ SAID = [
     (TWO, ["--input", "3"], 2, "write it like 3=on"),
     (TWO, ["--check", "--input", "8=on"], 2, "inputs of the Microbot TeachMover are counted from"),
     (TWO, ["--loops", "-1"], 2, ""),
+    (TWO, ["--loops", "9" * 5000], 2, "is not a whole number from 0 on"),
     (TWO, ["--assume-width", "0"], 2, "is not above 0"),
     (TWO, ["--put", "A,one,2"], 2, "'one' is not a number", "NAME,X,Y[,WIDTH[,HEIGHT]]"),
     ("ready\n", ["--fresh"], 3, "line 1", "home"),

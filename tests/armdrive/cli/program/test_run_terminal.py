@@ -7,7 +7,7 @@ import signal
 import sys
 
 import pytest
-from cli_calls import started
+from command_host import HostedCommand
 from waiting import LONG_S
 
 from armdrive.cli.program.run_person import INTERRUPTED, stopped_by_interrupt
@@ -31,7 +31,7 @@ class Program:
     """A running `armdrive run`, by default with `--json`."""
 
     def __init__(self, *words, form=("--json",)):
-        self.process = started("run", *words, *form)
+        self.process = HostedCommand("run", *words, *form)
         self.events = []
 
     def until(self, event, line=None):

@@ -12,10 +12,9 @@ from armdrive.cli.program.shell import ShellTerminal
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import NotReferenced, WrongState
-from armdrive.programs.language.words import SHELL, SPELLINGS
+from armdrive.programs.language.words import SPELLINGS
 from armdrive.programs.problems import ProgramError
 from armdrive.programs.shell import OWN_WORDS
-from armdrive.sim.world.table import PARTS
 from armdrive.status import State
 
 FETCH = """\
@@ -130,7 +129,7 @@ def test_points_are_the_sessions_and_those_of_the_book(homed, call):
 def test_help_knows_every_word_and_suggests(piped):
     words = "".join(f"help {word}\n" for word in (*SPELLINGS, *OWN_WORDS, "repeat", "sqrt"))
     shown = piped(f"help\n{words}").out
-    for word in SHELL:
+    for word in OWN_WORDS.values():
         assert f"{word.pattern}\n  {word.says}" in shown
     assert "old spelling: APPRO" in shown
     assert "did you mean 'grasp'" in piped("help grsap\n", code=2).err
@@ -202,8 +201,3 @@ def test_input_that_is_no_text_is_refused(call, monkeypatch):
     stream = io.TextIOWrapper(io.BytesIO(b"ready\n\xff\xfe\n"), encoding="utf-8")
     monkeypatch.setattr(sys, "stdin", stream)
     assert "not UTF-8 text" in call("shell", code=2).err
-
-
-def test_the_table_of_words_lists_the_shells_own():
-    assert [word.name for word in SHELL] == list(OWN_WORDS)
-    assert f"put {PARTS}" in [word.pattern for word in SHELL]

@@ -4,7 +4,8 @@ import contextlib
 import os
 
 import pytest
-from cli_calls import started, write_arm_file, write_bench
+from cli_calls import write_arm_file, write_bench
+from command_host import HostedCommand
 
 needs_pty = pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-terminal")
 
@@ -12,7 +13,7 @@ needs_pty = pytest.mark.skipif(os.name != "posix", reason="needs a pseudo-termin
 @contextlib.contextmanager
 def serving(*words):
     """Run `armdrive sim` in a process of its own; yield the lines that it says at first."""
-    process = started("sim", *words)
+    process = HostedCommand("sim", *words)
     try:
         yield process.stdout.readline
     finally:
