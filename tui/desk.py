@@ -431,8 +431,9 @@ class DeskScreen(Screen[None]):
     def _resting(self) -> tuple[str, ...]:
         """The rows that would do nothing in the present state of the arm."""
         link = self.desk.link
+        unmet = {needs for needs in Needs if link.hindrance(needs)}
         rows = self.desk.keys.at(self.place)
-        hindered = tuple(row.id for row in rows if link.hindrance(self.needs(row)))
+        hindered = tuple(row.id for row in rows if self.needs(row) in unmet)
         return (*hindered, *((f"{self.place}-go",) if link.pausable else self._pauses))
 
     def needs(self, row: DeskKey) -> Needs:

@@ -146,6 +146,18 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal(more):
             await session.press("m")
 
 
+SAID = ["word " * 40, "short", "one\ntwo\nthree", "one\ntwo", "word " * 16, "w" * 200]
+
+
+async def test_a_text_has_as_many_rows_as_it_needs():
+    async with Session() as session:
+        for text in SAID:
+            session.desk.say(text)
+            await session.settle()
+            painted = session.painted_words("messages")
+            assert painted.replace(" ", "") == "".join(text.split()), text
+
+
 @pytest.mark.parametrize("app", ["a desk", "a watched arm"])
 async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours(app):
     made = {
