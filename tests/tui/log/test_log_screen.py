@@ -306,11 +306,6 @@ async def test_nothing_is_wider_than_the_screen():
             assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
 
 
-def test_the_log_screen(snap_compare):
-    session = Session(busy_arm())
-    assert snap_compare(session.desk, press=["f7"], terminal_size=(120, 40))
-
-
 @pytest.mark.parametrize(
     ("keys", "size"),
     [
