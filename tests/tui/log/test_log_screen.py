@@ -21,7 +21,7 @@ from tui.widgets import PlainText
 class LogSession(Session):
     """A desk at its log screen."""
 
-    opens_with = "f7"
+    first = "log"
 
     def __init__(self, arm=None, **more):
         super().__init__(arm or busy_arm(), **({"size": (120, 46)} | more))
