@@ -251,10 +251,10 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) 
     )
     known = WAYS_OUT[status.state] in reason
     if status.state is State.DISCONNECTED:
-        key, leave = keys.label("reconnect"), keys.label("quit")
-        way = f"{leave} leaves." if known else sentence(way_out(status.state, keys))
-        trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves."
-        return f"{reason.rstrip('.')}. {trying if reconnects else way}"
+        trying = "The desk keeps trying to reconnect. " if reconnects else ""
+        leave = f"{keys.label('quit')} leaves."
+        way = leave if known else sentence(way_out(status.state, keys))
+        return f"{reason.rstrip('.')}. {trying}{way}"
     if status.state is State.ERROR_STOP:
         way = "" if known else f"{sentence(way_out(status.state, keys))} "
         return f"{reason.rstrip('.')}. {way}That moves nothing."

@@ -11,7 +11,7 @@ from textual import events
 from armdrive.errors import Refused, Stopped
 from armdrive.motion.dead_man import GATE_S, HOLD_LONGEST_S
 from armdrive.moves import Jog, ParkMove, Space
-from armdrive.status import LinkStats, State, Trust
+from armdrive.status import IN_MOTION, LinkStats, State, Trust
 from kinematics.guards.shapes import Box
 from tui.axes import AxisRow, AxisTable
 from tui.jog import panels as tables
@@ -208,6 +208,26 @@ async def test_limits_are_shown_only_where_they_end_a_jog(trust):
         await session.press("m")
         assert (session.screen.query_one("#tip", AxisTable).at(1, 0) == "q") == hold
         session.shows("the tip", state="tap a key" if hold else "the tip needs a reference first")
+
+
+@pytest.mark.parametrize("state", IN_MOTION)
+async def test_keys_are_not_armed_while_something_else_moves_the_arm(state):
+    """A key that is still held when the arm stands would begin a jog then."""
+    async with Session() as session:
+        session.arm.set(state=state)
+        await session.poll()
+        await session.press("enter")
+        assert not session.screen.armed
+        session.shows(state, messages=f"the arm is {state.value}: wait until it stands")
+        session.shows(state, not_footer="enter arm")
+        session.arm.set(state=State.STANDBY)
+        await session.poll()
+        session.shows("it stands", footer="enter arm")
+        await session.hold()
+        session.arm.set(state=State.MOVING)
+        await session.poll()
+        await session.press("enter", after_s=1.0)
+        assert session.screen.armed, "what moves is a jog of these keys"
 
 
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
