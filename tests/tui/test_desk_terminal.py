@@ -119,16 +119,12 @@ class GoneFile:
 
 @pytest.mark.parametrize(
     ("encoding", "shown"),
-    [
-        ("ascii", "+-+ 6.9d |x| ?"),
-        ("latin-1", "+-+ 6.9° |x| ?"),
-        ("utf-8", "┌─┐ 6.9° │x│ ⠤"),
-    ],
+    [("ascii", "6.9? |x| ?"), ("latin-1", "6.9° |x| ?"), ("utf-8", "6.9° |x| ⠤")],
 )
 def test_what_a_terminal_cannot_show_is_as_wide_as_what_stands_for_it(encoding, shown):
     sent = io.BytesIO()
     file = LastingFile(io.TextIOWrapper(sent, encoding, "backslashreplace"))
-    file.write("┌─┐ 6.9° │x│ ⠤")
+    file.write("6.9° |x| ⠤")
     file.flush()
     assert sent.getvalue().decode(encoding) == shown
 
