@@ -621,13 +621,17 @@ def program_line(view: Mapping[str, Any]) -> str:
     program = view.get("program")
     if not isinstance(program, dict) or not program:
         return ""
-    return f"{program.get('file')}, line {program.get('line')}: {program.get('text')}"
+    file, line = program.get("file"), program.get("line")
+    text = program.get("text") or program.get("act") or ""  # an act without a line has a name
+    return f"{file}, line {line}: {text}" if line else f"{file}: {text}"
 
 
 def _progress(view: Mapping[str, Any]) -> str:
     """Return how far a program has come, where that is known."""
     program = view.get("program") or {}
     percent, left_s = program.get("percent"), program.get("left_s")
-    if not isinstance(percent, int | float) or not isinstance(left_s, int | float):
-        return ""
-    return f" ({percent:.0f}%, {left_s:.0f} s left)"
+    loop, loops = program.get("loop"), program.get("loops", 1)
+    facts = [] if loops == 1 else [f"loop {loop} of {loops}" if loops else f"loop {loop}"]
+    if isinstance(percent, int | float) and isinstance(left_s, int | float):
+        facts.append(f"{percent:.0f}%, {left_s:.0f} s left")
+    return f" ({', '.join(facts)})" if facts else ""

@@ -124,8 +124,8 @@ class Hand(Protocol):
     def disarm(self, reason: str) -> None:
         """Let no key move anything."""
 
-    def doubt(self, time_s: float) -> None:
-        """Note that keys may have been queued for this long."""
+    def release(self) -> None:
+        """End what is held."""
 
 
 class AppInput:
@@ -173,12 +173,17 @@ class AppInput:
         """Note that the app is running. Call it often, and before acting on any key."""
         now_s = self.monotonic_s()
         absent_s, reported = self._suspension.look(now_s, self.busy_s())
-        if reported or absent_s > self.suspended_s:
-            self._stale.begin(now_s)
-            self._why_stale = f"this program was suspended for {absent_s:.1f} s"
+        suspended, hand = reported or absent_s > self.suspended_s, self.hand()
+        # keys that waited for less time than that matter where they jog: they are many, if held
+        if not suspended and (hand is None or absent_s <= self.starved_s):
+            return
+        self._stale.begin(now_s)
+        what = "suspended" if suspended else "kept waiting"
+        self._why_stale = f"this program was {what} for {absent_s:.1f} s"
+        if suspended:
             self._app.disarm(self._why_stale)
-        elif absent_s > self.starved_s and (hand := self.hand()) is not None:
-            hand.doubt(absent_s)
+        elif hand is not None:
+            hand.release()  # only a key that has waited disarms: perhaps there is none
 
     async def handles(self, event: events.Event) -> bool:
         """Handle a key or a click; return False to leave it to the framework."""
@@ -271,7 +276,10 @@ class AppInput:
         if self._urgent_keys.overtook(key):
             return True
         stale = self._stale.is_stale(came_s)
-        if stale and key.key not in self.urgent:  # without a word, it would seem broken
+        if stale and key.key not in self.urgent:
+            if (hand := self.hand()) is not None:
+                hand.disarm(self._why_stale)
+            # without a word, it would seem broken
             self._app.say(f"a key was dropped: {self._why_stale}; press again")
         return stale
 

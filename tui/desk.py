@@ -431,8 +431,9 @@ class DeskScreen(Screen[None]):
     def _resting(self) -> tuple[str, ...]:
         """The rows that would do nothing in the present state of the arm."""
         link = self.desk.link
+        unmet = {needs for needs in Needs if link.hindrance(needs)}
         rows = self.desk.keys.at(self.place)
-        hindered = tuple(row.id for row in rows if link.hindrance(self.needs(row)))
+        hindered = tuple(row.id for row in rows if self.needs(row) in unmet)
         return (*hindered, *((f"{self.place}-go",) if link.pausable else self._pauses))
 
     def needs(self, row: DeskKey) -> Needs:
@@ -528,10 +529,12 @@ class Desk(KeyApp):
         first: str = "",
         program: Path | None = None,
     ) -> None:
-        """`screens` makes each screen by its id.
+        """`screens` makes each screen by its id; `first` is the one to begin at.
 
         `program` is the file that the program screen begins with.
         """
+        if first:  # otherwise a jog screen would be opened before it
+            self.DEFAULT_MODE = first  # type: ignore[misc]
         geometry = arm.model.arm
         self.pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
         self._joint_names = geometry.joint_names
@@ -542,7 +545,6 @@ class Desk(KeyApp):
         self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self._handle_signals = handle_signals
-        self._first = first
         self.goal: Joints | None = None
         """A posture that another screen passes to the move screen."""
         self.program = program
@@ -573,8 +575,6 @@ class Desk(KeyApp):
             on_ending_signals(self._end_by_signal)
         self.polling = self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.input.begin)
-        if self._first in self._modes:
-            self.switch_mode(self._first)
         if not self.settings.instructed:
             first = FirstScreen(self.keys, self.link.status)
             self.dialogs.open(first, partial(setattr, self.settings, "instructed"))

@@ -27,7 +27,7 @@ from armdrive.status import (
     motors_words,
     trust_words,
 )
-from kinematics.text import rounded, sentence
+from kinematics.text import sentence
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import STOP, Needs, titled
 from tui.widgets import UNKNOWN, PlainText, Span, text_of
@@ -127,13 +127,11 @@ def safety_state(
     )
 
 
-def badge_of(state: object, current: object, *, paused: bool) -> Span:
+def badge_of(state: str, current: str, *, paused: bool) -> Span:
     """Return the badge of a state; a pause is shown only where the arm could move without it."""
     if (state, current) == (State.DISABLED.value, Current.OFF.value):
         return MOTORS_OFF
-    badge = BADGES.get(str(state), (UNKNOWN, QUIET))
-    immobile = any(state == each.value for each in IMMOBILE)
-    return PAUSED if paused and not immobile else badge
+    return PAUSED if paused and State(state) not in IMMOBILE else BADGES[state]
 
 
 def status_title(status: Status) -> str:
@@ -177,16 +175,12 @@ NO_STOP = "no stop reaches the arm: use its own stop or power switch"
 """What can be said of an arm whose program has ended."""
 
 
-def bound_text(distance_mm: object, time_s: object) -> str:
-    """Say how far and how long something goes on at most; what is no number is not known."""
-    far = farthest(distance_mm) if isinstance(distance_mm, int | float) else f"{UNKNOWN} mm"
-    long = longest(time_s) if isinstance(time_s, int | float) else f"{UNKNOWN} s"
-    return f"{far}, {long}"
+def bound_text(distance_mm: float, time_s: float) -> str:
+    """Say how far and how long something goes on at most."""
+    return f"{farthest(distance_mm)}, {longest(time_s)}"
 
 
-def stopping_text(
-    state: object, *, stop: tuple[object, object], silent: tuple[object, object]
-) -> str:
+def stopping_text(state: str, *, stop: tuple[float, float], silent: tuple[float, float]) -> str:
     """Say how far and how long the tip goes on at most, after a stop or after a lost link.
 
     `stop` and `silent` are the bounds of the two, in mm and s: for the motion under way, or for the
@@ -251,10 +245,10 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) 
     )
     known = WAYS_OUT[status.state] in reason
     if status.state is State.DISCONNECTED:
-        key, leave = keys.label("reconnect"), keys.label("quit")
-        way = f"{leave} leaves." if known else sentence(way_out(status.state, keys))
-        trying = f"The desk keeps trying to reconnect: {key} tries at once, {leave} leaves."
-        return f"{reason.rstrip('.')}. {trying if reconnects else way}"
+        trying = "The desk keeps trying to reconnect. " if reconnects else ""
+        leave = f"{keys.label('quit')} leaves."
+        way = leave if known else sentence(way_out(status.state, keys))
+        return f"{reason.rstrip('.')}. {trying}{way}"
     if status.state is State.ERROR_STOP:
         way = "" if known else f"{sentence(way_out(status.state, keys))} "
         return f"{reason.rstrip('.')}. {way}That moves nothing."
@@ -283,19 +277,11 @@ def after_reset(status: Status, keys: Keyboard) -> str:
 
 
 def progress_of(program: View) -> str:
-    """Name a program, and how far it has come: a share, else steps; empty without a program."""
+    """Name a program, and how far it has come; empty without a program."""
     if not program:
         return ""
-    name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
-    if (share := number_text(program.get("percent"), 0)) != UNKNOWN:
-        return f"{name} {share}%"
-    return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
-
-
-def number_text(value: object, digits: int = 1) -> str:
-    """Return a number with this many digits, a question mark instead of anything else."""
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return rounded(float(value), digits) if number else UNKNOWN  # type: ignore[arg-type]
+    name, percent = Path(str(program.get("file", UNKNOWN))).name, program.get("percent")
+    return f"{name} {percent:.0f}%" if isinstance(percent, int | float) else name
 
 
 FACT_GAP = "   "

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import json
-from collections.abc import Collection, Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from textual.theme import Theme
 
@@ -19,6 +19,7 @@ from armdrive.storage.files import DISK, replace_file
 from tui.keys.table import JOG_PAIRS, MM_AXES, JogPair
 
 Number = TypeVar("Number", int, float)
+T = TypeVar("T")
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Sizes of one step, in degrees for angles and mm for the rest."""
@@ -37,7 +38,8 @@ class JogSettings:
     `pairs` are the jog keys of the arm, `frames` the frames it knows.
     """
 
-    space: Space = Space.JOINT
+    cartesian: bool = False
+    """Whether keys move the finger tips rather than joints."""
     step_deg: float = 2.0
     step_mm: float = 2.0
     speed: float = SIMULATED_SPEED
@@ -45,14 +47,9 @@ class JogSettings:
     frames: tuple[str, ...] = (BASE_FRAME,)
     frame: str = BASE_FRAME
 
-    @property
-    def cartesian(self) -> bool:
-        """Whether keys move the finger tips rather than joints."""
-        return self.space is Space.CARTESIAN
-
     def other_mode(self) -> JogSettings:
         """Switch between joint and Cartesian mode."""
-        return replace(self, space=Space.JOINT if self.cartesian else Space.CARTESIAN)
+        return replace(self, cartesian=not self.cartesian)
 
     def with_next_frame(self) -> JogSettings:
         """Go on to the next frame, from the last one to the first."""
@@ -97,8 +94,10 @@ class JogSettings:
         if pair is None:
             raise BadRequest(f"this arm has no axis for the key {key}")
         sign = 1.0 if key == pair.plus else -1.0
-        frame = self.frame if self.cartesian else BASE_FRAME
-        return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)
+        axis = pair.axis(cartesian=self.cartesian)
+        if self.cartesian:
+            return Jog(Space.CARTESIAN, ((axis, sign * amount),), self.frame)
+        return Jog(Space.JOINT, ((axis, sign * amount),))
 
 
 @dataclass(slots=True)
@@ -198,17 +197,11 @@ MOST_ARMS = 40
 """The desk forgets the arms that it has not seen for the longest time."""
 
 
-@dataclass(frozen=True, slots=True)
-class ArmMemory:
-    """What was set on one arm. Empty words and zeros where nothing is known."""
+MODES = (Space.JOINT.value, Space.CARTESIAN.value)
+"""What the modes are called in the file, by whether they are Cartesian."""
 
-    mode: str = ""
-    frame: str = ""
-    step_deg: float = 0.0
-    step_mm: float = 0.0
-    speed: float = 0.0
-    move_mode: str = ""
-    move_speed: float = 0.0
+ArmMemory = Mapping[str, object]
+"""What was set on one arm, by name. `restored` takes of it what makes sense for the arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,7 +218,8 @@ class DeskMemory:
 
     def of(self, status: Status) -> ArmMemory:
         """Return what was set on this arm; nothing of an arm that is new."""
-        return self.arms.get(arm_key(status), ArmMemory())
+        left = self.arms.get(arm_key(status))
+        return left if isinstance(left, dict) else {}  # it stands in a file
 
     def with_arm(self, status: Status, left: ArmMemory) -> DeskMemory:
         """Return the memory with what was set on this arm now."""
@@ -244,6 +238,9 @@ def memory_file() -> Path:
     return places.states() / "desk.json"
 
 
+KINDS: Mapping[str, type] = {"look": str, "instructed": bool, "arms": dict, "layout": str}
+
+
 def recall(path: Path) -> DeskMemory:
     """Return the remembered settings, without any that cannot be read."""
     try:
@@ -252,10 +249,8 @@ def recall(path: Path) -> DeskMemory:
         return DeskMemory()
     if not isinstance(found, dict):
         return DeskMemory()
-    given = found.pop("arms", {})
-    arms = given if isinstance(given, dict) else {}
-    known = {name: ArmMemory(**_fitting(ArmMemory, each)) for name, each in arms.items()}
-    return DeskMemory(**_fitting(DeskMemory, found), arms=known)
+    known = {name: found[name] for name, kind in KINDS.items() if isinstance(found.get(name), kind)}
+    return DeskMemory(**known)
 
 
 def chosen_layout(layout: str | None) -> str:
@@ -273,42 +268,40 @@ def remember(path: Path, what: DeskMemory) -> None:
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
-def restored(settings: JogSettings, left: ArmMemory) -> JogSettings:
-    """Return the settings as they were left, as far as they exist for this arm."""
-    kept: dict[str, tuple[object, Collection[object]]] = {
-        "frame": (left.frame, settings.frames),
-        "step_deg": (left.step_deg, INCREMENTS),
-        "step_mm": (left.step_mm, INCREMENTS),
-        "speed": (left.speed, SPEEDS),
-    }
-    known: dict[str, Any] = {name: value for name, (value, all_) in kept.items() if value in all_}
-    return replace(settings, space=_space(left.mode) or settings.space, **known)
-
-
-def move_settings(left: ArmMemory, move: MoveSettings) -> MoveSettings:
-    """Return how goals were typed and reached on the move screen, as far as that makes sense.
-
-    `move` is used on an arm that is new.
-    """
-    space = _space(left.move_mode)
-    cartesian = move.cartesian if space is None else space is Space.CARTESIAN
-    speed = left.move_speed if left.move_speed in SPEEDS else move.speed
-    return MoveSettings(cartesian, speed)
-
-
-def _space(name: str) -> Space | None:
-    return next((space for space in Space if space.value == name), None)
-
-
-def remembered(settings: JogSettings, move: MoveSettings) -> ArmMemory:
+def remembered(jog: JogSettings, move: MoveSettings) -> ArmMemory:
     """Return what is to be remembered of an arm's desk."""
-    jog = {name: getattr(settings, name) for name in ("frame", "step_deg", "step_mm", "speed")}
-    move_space = Space.CARTESIAN if move.cartesian else Space.JOINT
-    return ArmMemory(
-        settings.space.value,
-        **jog,
-        move_mode=move_space.value,
-        move_speed=move.speed,
+    return {
+        "mode": MODES[jog.cartesian],
+        "frame": jog.frame,
+        "step_deg": jog.step_deg,
+        "step_mm": jog.step_mm,
+        "speed": jog.speed,
+        "move_mode": MODES[move.cartesian],
+        "move_speed": move.speed,
+    }
+
+
+def restored(
+    jog: JogSettings, move: MoveSettings, left: ArmMemory
+) -> tuple[JogSettings, MoveSettings]:
+    """Return both with what was left in them, as far as this arm and the desk have it now."""
+
+    def kept(name: str, choices: Sequence[T], otherwise: T) -> T:
+        return next((each for each in choices if each == left.get(name)), otherwise)
+
+    return (
+        replace(
+            jog,
+            cartesian=kept("mode", MODES, MODES[jog.cartesian]) == MODES[True],
+            frame=kept("frame", jog.frames, jog.frame),
+            step_deg=kept("step_deg", INCREMENTS, jog.step_deg),
+            step_mm=kept("step_mm", INCREMENTS, jog.step_mm),
+            speed=kept("speed", SPEEDS, jog.speed),
+        ),
+        MoveSettings(
+            cartesian=kept("move_mode", MODES, MODES[move.cartesian]) == MODES[True],
+            speed=kept("move_speed", SPEEDS, move.speed),
+        ),
     )
 
 
@@ -324,12 +317,13 @@ class DeskSettings:
         """`pairs` are the jog keys of the arm, `frames` the frames it knows."""
         self._file = file
         self._found = DeskMemory(instructed=True) if file is None else recall(file)
-        left, simulated = self._found.of(status), status.simulated
-        speed, move_speed = (SIMULATED_SPEED, 0.5) if simulated else (REAL_SPEED, 0.25)
-        self.jog = restored(JogSettings(pairs=pairs, frames=frames, speed=speed), left)
-        """How jog keys move the arm."""
-        self.move = move_settings(left, MoveSettings(speed=move_speed))
-        """How the move screen's goals are given, and how the arm goes to them."""
+        speed, move_speed = (SIMULATED_SPEED, 0.5) if status.simulated else (REAL_SPEED, 0.25)
+        self.jog, self.move = restored(
+            JogSettings(pairs=pairs, frames=frames, speed=speed),
+            MoveSettings(speed=move_speed),
+            self._found.of(status),
+        )
+        """How jog keys move the arm, and how the arm goes to goals of the move screen."""
         self.look = self._found.look
         """The look that the desk had."""
         self.instructed = self._found.instructed
@@ -342,21 +336,3 @@ class DeskSettings:
         found = self._found.with_arm(status, remembered(self.jog, self.move))
         with contextlib.suppress(OSError):  # losing these settings does no harm
             remember(self._file, replace(found, look=look, instructed=self.instructed))
-
-
-def _fitting(kind: type[ArmMemory] | type[DeskMemory], given: object) -> dict[str, Any]:
-    """Return the fields of a kind that a file gives, as far as they are of the right type."""
-    known = given if isinstance(given, dict) else {}
-    return {
-        each.name: known[each.name]
-        for each in fields(kind)
-        if each.name in known and _fits(known[each.name], each.default)
-    }
-
-
-def _fits(value: object, like: object) -> bool:
-    if isinstance(like, bool) or isinstance(value, bool):
-        return isinstance(value, bool) and isinstance(like, bool)
-    if isinstance(like, float):
-        return isinstance(value, int | float)
-    return isinstance(value, str)

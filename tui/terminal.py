@@ -13,8 +13,7 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable, Iterable
 from typing import IO, Any
 
 from rich.color import ColorSystem
@@ -32,7 +31,7 @@ from textual.strip import Strip
 if sys.platform != "win32":
     import termios
 
-PLAIN: Mapping[str, str] = MappingProxyType(
+PLAIN = str.maketrans(
     {
         "°": "d",
         "…": ".",
@@ -48,9 +47,6 @@ PLAIN: Mapping[str, str] = MappingProxyType(
 """Letters of ASCII, each as wide as the sign that it stands for."""
 
 
-_PLAINLY = str.maketrans(dict(PLAIN))
-
-
 class PlainLetters(LineFilter):
     """Draws with plain letters, on a terminal whose font may have no others.
 
@@ -59,19 +55,7 @@ class PlainLetters(LineFilter):
 
     def apply(self, segments: list[Segment], background: Color) -> list[Segment]:  # noqa: ARG002
         """Return the segments with plain letters."""
-        return [
-            Segment(text.translate(_PLAINLY), style, control) for text, style, control in segments
-        ]
-
-
-PLAINLY = "armdrive-plainly"
-
-
-def plainly(error: UnicodeError) -> tuple[str, int]:
-    """Replace a letter by one letter, so that nothing after it moves."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    return PLAIN.get(error.object[error.start], "?"), error.start + 1
+        return [Segment(text.translate(PLAIN), style, control) for text, style, control in segments]
 
 
 class LastingFile:
@@ -85,12 +69,11 @@ class LastingFile:
         self._file = file
         encoding = getattr(file, "encoding", None) or "utf-8"
         self._encoding = "" if codecs.lookup(encoding).name.startswith("utf") else encoding
-        codecs.register_error(PLAINLY, plainly)
 
     def write(self, text: str) -> int:
         """Write, if the terminal is still there."""
-        if self._encoding:
-            text = text.encode(self._encoding, PLAINLY).decode(self._encoding)
+        if self._encoding:  # one sign for each letter, so that nothing after it moves
+            text = text.encode(self._encoding, "replace").decode(self._encoding)
         with contextlib.suppress(OSError, ValueError):
             return self._file.write(text)
         return len(text)

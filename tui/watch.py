@@ -22,7 +22,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
-from armdrive.status import Trust
+from armdrive.status import LABEL, STATUS_FIELDS, Trust, status_rows
 from armdrive.storage.lock_client import ask_holder, follow_holder
 from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
@@ -41,14 +41,12 @@ from tui.safety import (
     View,
     arm_name,
     badge_of,
-    number_text,
     progress_of,
     stopping_text,
 )
 from tui.settings import memory_file, neighbour, recall
 from tui.widgets import (
     LINES_SHOWN,
-    UNKNOWN,
     LinesToShow,
     ProgramLines,
     fill_frame,
@@ -68,86 +66,51 @@ def watched_state(name: str, view: View, ended: str) -> SafetyState:
     if not view:
         badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
         return SafetyState(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
+    simulated, trust = view["simulated"], view["trust"]
     # as in the title of a desk, a simulated arm has no link
-    kind, link = ("SIMULATED", "") if view.get("simulated") else ("REAL ARM", view.get("link", "?"))
-    running = view.get("program")
-    program = progress_of(running) if isinstance(running, Mapping) else ""
-    arm = f"{kind}, WATCHED: {arm_name(name, str(view.get('title', '?')), str(link))}"
-    trust = view.get("trust", "?")
-    reason = "" if trust == Trust.REFERENCED.value else f": {view.get('trust_reason', '?')}"
-    badge = badge_of(view.get("state"), view.get("current"), paused=bool(view.get("paused")))
+    kind, link = ("SIMULATED", "") if simulated else ("REAL ARM", view["link"])
+    arm = f"{kind}, WATCHED: {arm_name(name, view['title'], link)}"
+    reason = "" if trust == Trust.REFERENCED.value else f": {view['trust_reason']}"
+    stop = stopping_text(
+        view["state"],
+        stop=(view["stop_distance_mm"], view["stop_time_s"]),
+        silent=(view["silent_distance_mm"], view["silent_time_s"]),
+    )
+    badge = badge_of(view["state"], view["current"], paused=view["paused"])
     return SafetyState(
-        arm="  ".join(filter(None, (arm, program))),
-        real=not view.get("simulated"),
+        arm="  ".join(filter(None, (arm, progress_of(view.get("program") or {})))),
+        real=not simulated,
         badge=("NOT WATCHED", WRONG) if ended else badge,
         says="another program drives it",
         forbids=ended,
-        dot=DOTS.get(str(trust), DOTS["unknown"]),
+        dot=DOTS[trust],
         position=f"position {trust}{reason}",
-        stopping=NO_STOP
-        if ended
-        else stopping_text(
-            view.get("state"),
-            stop=(view.get("stop_distance_mm"), view.get("stop_time_s")),
-            silent=(view.get("silent_distance_mm"), view.get("silent_time_s")),
-        ),
+        stopping=NO_STOP if ended else stop,
     )
+
+
+IN_SAFETY_PANEL = ("state", "position", "stop")
+"""The rows of a status that the safety panel has."""
+
+FIRST = ("program", "notice", "error")
+"""The rows that a small terminal must not cut off."""
 
 
 def lines(view: View) -> str:
-    """Say what the safety panel does not, with what a small terminal must not cut off first."""
+    """Say what the safety panel does not."""
     if not view:
         return "waiting for its status"
-    joints, pose = view.get("joints"), view.get("pose")
-    texts = (
-        f"speed {percent(view)}%",
-        program_words(view),
-        *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
-        "",
-        *_named(joints, "_deg", "\N{DEGREE SIGN}"),
-        "" if joints else "joints unknown",
-        *_named(pose, "", ""),
-        "" if pose is None else f"gripper {number_text(view.get('gripper_mm'))} mm",
-        f"motor current {view.get('current', '?')}",
-    )
-    return "\n".join(text for text in texts if text is not None)
-
-
-def _remark(sentence: object) -> str:
-    """Return a remark in the words of the command line: no key of this app acts on the arm."""
-    return f"! {presented(str(sentence), COMMAND_LINE)}"
-
-
-def program_words(view: View) -> str | None:
-    """Say which program the arm runs, and how far it has come; None if it runs none."""
-    program = view.get("program")
-    if not isinstance(program, dict) or not program:
-        return None
-    loop, loops = program.get("loop"), program.get("loops", 1)
-    several = "" if loops == 1 else f", loop {loop} of {loops}" if loops else f", loop {loop}"
-    line, act = program.get("line"), program.get("text") or program.get("act") or ""
-    share, left_s = (number_text(program.get(word), 0) for word in ("percent", "left_s"))
-    texts = (
-        f"program {Path(str(program.get('file', UNKNOWN))).name}{several}",
-        f"line {line}: {act}" if line else act,
-        "" if UNKNOWN in (share, left_s) else f"{share}%, {left_s} s left",
-    )
-    return "\n".join(str(text) for text in texts if text)
+    rows = [row for row in status_rows(view) if row.label not in IN_SAFETY_PANEL]
+    rows.sort(key=lambda row: row.label not in FIRST)
+    # in the words of the command line: no key of this app acts on the arm
+    words = (presented(str(row), COMMAND_LINE) for row in rows)
+    return "\n".join((f"{'speed':<{LABEL}}{percent(view)}%", *words))
 
 
 def percent(view: View) -> int:
     """Return the speed that the arm may go at, in percent of what it is asked for."""
-    share = view.get("speed_override", 1.0)
-    return round(share * 100) if isinstance(share, int | float) else 100
-
-
-def _named(values: object, ending: str, unit: str) -> list[str]:
-    if not isinstance(values, dict):
-        return []
-    return [
-        f"{str(name).removesuffix(ending).replace('_', ' '):<12}{number_text(value):>8}{unit}"
-        for name, value in values.items()
-    ]
+    override: float = view.get("speed_override", 1.0)
+    return round(override * 100)
 
 
 # The program that drives the arm, and requests to it.
@@ -219,18 +182,15 @@ class WatchScreen(Screen[None]):
 
 def moment(view: View, model: ArmModel) -> Moment:
     """Return the posture to draw, from the status that another program reports."""
-    names, angles = model.arm.joint_names, view.get("joints")
-    if not isinstance(angles, dict) or set(angles) != {f"{name}_deg" for name in names}:
-        return Moment()
-    values = [angles[f"{name}_deg"] for name in names]
-    if not all(isinstance(value, int | float) for value in values):
-        return Moment()
-    opening = view.get("gripper_mm")
-    joints = Joints(tuple(math.radians(value) for value in values), names)
-    return Moment(joints, float(opening) if isinstance(opening, int | float) else None)
+    names, angles = model.arm.joint_names, view.get("joints") or {}
+    if set(angles) != {f"{name}_deg" for name in names}:
+        return Moment()  # not known, or of another arm than the file here describes
+    joints = Joints(tuple(math.radians(angles[f"{name}_deg"]) for name in names), names)
+    return Moment(joints, view["gripper_mm"])
 
 
 GIVEN_BACK = "the program has released the arm"
+ANOTHER_VERSION = "its program is another version of armdrive, whose reports differ"
 COMMON = (STOP, "quit", "look")
 """The rows of the desk that count here too."""
 
@@ -304,9 +264,12 @@ class Watching(KeyApp):
 
     def _receive(self) -> None:
         try:
-            for view in self._holder.views():
-                self.view = view
             ended = GIVEN_BACK
+            for view in self._holder.views():
+                if not view.keys() >= STATUS_FIELDS.keys():
+                    ended = ANOTHER_VERSION
+                    break
+                self.view = view
         except ArmError as error:
             ended = str(error)
         self.message = ""  # it was about a program that drove the arm

@@ -50,13 +50,18 @@ class AppSession:
 class Session(AppSession):
     """A desk on a headless terminal, a fake arm and a clock that the test sets."""
 
-    opens_with = ""  # the key of the screen where a test begins, if it is not the first one
+    first = ""  # the screen where a test begins, if it is not the one for jogging
 
     def __init__(self, arm=None, *, size=(80, 24), braille=True, **more):
         self.arm = arm or FakeArm()
         self.clock = Clock()
         self.desk = Desk(
-            self.arm, screens=SCREEN_FACTORIES, braille=braille, clock=self.clock, **more
+            self.arm,
+            screens=SCREEN_FACTORIES,
+            braille=braille,
+            clock=self.clock,
+            first=self.first,
+            **more,
         )
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
@@ -65,7 +70,7 @@ class Session(AppSession):
     async def __aenter__(self):
         await super().__aenter__()
         self.desk.polling.pause()  # from here on the desk looks when the test lets it
-        await self.keys(self.opens_with)
+        await self.settle()
         return self
 
     async def __aexit__(self, *error):

@@ -84,23 +84,6 @@ async def settled(pilot):
     await pilot.pause()
 
 
-def test_the_arm_view(snap_compare):
-    assert snap_compare(Viewer(), terminal_size=(120, 40), run_before=settled)
-
-
-def test_the_arm_view_in_plain_ascii_from_above(snap_compare):
-    async def from_above(pilot):
-        pilot.app.view.camera = VIEWS["top"]
-        pilot.app.view.on_resize()
-        await settled(pilot)
-
-    assert snap_compare(Viewer(braille=False), terminal_size=(80, 24), run_before=from_above)
-
-
-def test_the_arm_view_of_an_unknown_posture(snap_compare):
-    assert snap_compare(Viewer(moment=Moment()), terminal_size=(80, 24), run_before=settled)
-
-
 async def test_every_look_moves_the_camera_and_thirty_six_orbits_lead_back():
     app = Viewer()
     async with app.run_test(size=(80, 24)) as pilot:

@@ -12,6 +12,7 @@ from textual import events
 from textual._xterm_parser import XTermParser
 
 from armdrive.motion.dead_man import GATE_S
+from armdrive.status import State, status_view
 from tui.app import POLL_S, STARVED_S, SUSPENDED_S
 from tui.axes import AxisTable
 from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
@@ -289,7 +290,7 @@ class Silent:
         self.asked = []
 
     def views(self):
-        yield {"state": "moving", "paused": True}
+        yield status_view(FakeArm(state=State.MOVING, paused=True).status)
 
     def ask(self, request, **words):
         self.asked.append(request)

@@ -54,13 +54,10 @@ COLOUR = re.compile(rb"\x1b\[(?:[0-9;]*;)?(?:3[0-8]|4[0-8]|9[0-7]|10[0-7])[;m]")
 
 
 @pytest.mark.skipif(not hasattr(os, "setsid"), reason="needs a controlling terminal")
-@pytest.mark.parametrize(("said", "colours"), [({"NO_COLOR": "1"}, False), ({}, True)])
-def test_a_desk_has_the_colours_asked_for_and_stops_the_arm_when_its_terminal_closes(
-    tmp_path, said, colours
-):
+def test_a_desk_shows_no_colours_if_asked_and_stops_the_arm_when_its_terminal_closes(tmp_path):
     notes = tmp_path / "notes"
     ours, theirs = pty.openpty()
-    child = _desk_on(theirs, notes, said)
+    child = _desk_on(theirs, notes, {"NO_COLOR": "1"})
     os.close(theirs)
     try:
         seen = _read_until(ours, b"understood")
@@ -71,7 +68,7 @@ def test_a_desk_has_the_colours_asked_for_and_stops_the_arm_when_its_terminal_cl
         os.close(ours)
     assert child.wait(LONG_S) == 129
     assert notes.read_text().split()[:2] == ["stop", "close"]
-    assert bool(COLOUR.search(seen)) == colours
+    assert not COLOUR.search(seen)
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGCONT"), reason="needs signals of Unix")
@@ -84,9 +81,10 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
     before = termios.tcgetattr(theirs)
     child = _desk_on(theirs, notes, {})
     try:
-        _read_until(ours, b"understood")
+        seen = _read_until(ours, b"understood")
         os.write(ours, b"\r")
-        _read_until(ours, b"STOP")
+        seen += _read_until(ours, b"STOP")
+        assert COLOUR.search(seen)
         _arm(ours)
         child.send_signal(getattr(signal, suspending))
         for _ in looks("the desk was not suspended"):
@@ -121,16 +119,12 @@ class GoneFile:
 
 @pytest.mark.parametrize(
     ("encoding", "shown"),
-    [
-        ("ascii", "+-+ 6.9d |x| ?"),
-        ("latin-1", "+-+ 6.9° |x| ?"),
-        ("utf-8", "┌─┐ 6.9° │x│ ⠤"),
-    ],
+    [("ascii", "6.9? |x| ?"), ("latin-1", "6.9° |x| ?"), ("utf-8", "6.9° |x| ⠤")],
 )
 def test_what_a_terminal_cannot_show_is_as_wide_as_what_stands_for_it(encoding, shown):
     sent = io.BytesIO()
     file = LastingFile(io.TextIOWrapper(sent, encoding, "backslashreplace"))
-    file.write("┌─┐ 6.9° │x│ ⠤")
+    file.write("6.9° |x| ⠤")
     file.flush()
     assert sent.getvalue().decode(encoding) == shown
 

@@ -217,11 +217,6 @@ def test_a_hand_begins_in_the_example_posture():
     assert hand.values == example_posture(hand.subject.chain)
 
 
-def test_the_model_of_the_puma(snap_compare):
-    desk = ModelDesk(find_subject("puma"), braille=True)
-    assert snap_compare(desk, press=["q"], terminal_size=(120, 40))
-
-
 def test_a_model_in_plain_ascii(snap_compare):
     desk = ModelDesk(find_subject("spherical"), braille=False)
     assert snap_compare(desk, press=["m", "e"], terminal_size=(80, 24))

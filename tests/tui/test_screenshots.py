@@ -1,8 +1,7 @@
-"""The pictures of the documentation: each can be taken from the program, and is shown somewhere."""
+"""The pictures of the documentation: each is what the program shows now, and is shown somewhere."""
 
 import re
 import sys
-from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -49,27 +48,16 @@ def _wait_as_in_other_tests(monkeypatch):
     monkeypatch.setattr(screenshots, "settle", at_rest)
 
 
-@cache
-def taken(name):
-    """Take a picture, once for all tests."""
-    return screenshots.take(name)
-
-
 @pytest.mark.parametrize("name", sorted(screenshots.PICTURES))
-def test_every_picture_can_be_taken_and_shows_its_screen(name):
-    svg = taken(name)
-    assert SHOWN[name] in words(svg)
-    assert "url(http" not in svg, "it would be fetched from elsewhere"
-    assert len(svg.encode()) < MOST_BYTES
-
-
-@pytest.mark.parametrize("name", sorted(screenshots.PICTURES))
-def test_every_picture_that_is_kept_shows_its_screen(name):
-    assert SHOWN[name] in words((screenshots.FOLDER / f"{name}.svg").read_text(encoding="utf-8"))
-
-
-def test_a_picture_that_is_taken_again_is_the_same():
-    assert screenshots.take("jog") == taken("jog")
+def test_every_picture_is_taken_as_it_is_kept_and_shows_its_screen(name):
+    """They are the snapshots of all screens at 120x40. `python docs/screenshots.py` renews them."""
+    kept = (screenshots.FOLDER / f"{name}.svg").read_text(encoding="utf-8")
+    assert SHOWN[name] in words(kept)
+    assert "url(http" not in kept, "it would be fetched from elsewhere"
+    assert len(kept.encode()) < MOST_BYTES
+    taken = screenshots.take(name)
+    assert words(taken) == words(kept), "look at what differs, then renew it"
+    assert taken == kept, "the same words in other colours or places"
 
 
 def test_the_docs_show_every_picture_and_no_other():

@@ -16,15 +16,14 @@ from tui.settings import (
     LOOKS,
     MOST_ARMS,
     SPEEDS,
-    ArmMemory,
     DeskMemory,
     JogSettings,
     MoveSettings,
     look_after,
     look_named,
-    move_settings,
     recall,
     remember,
+    remembered,
     restored,
 )
 
@@ -73,8 +72,7 @@ def memory(tmp_path):
 
 
 def test_what_was_left_is_there_again(tmp_path):
-    arm = ArmMemory("cartesian", "tool", 5.0, 0.5, 0.1, "joint", 0.25)
-    left = DeskMemory("light", True, {"real bench": arm})
+    left = DeskMemory("light", True, {"real bench": SET})
     remember(tmp_path / "desk.json", left)
     assert recall(tmp_path / "desk.json") == left
 
@@ -90,6 +88,7 @@ def test_what_was_left_is_there_again(tmp_path):
         "[" * 9000,
         '{"arms": 7, "look": 3}',
         '{"screen": "log", "speed": 1.0}',
+        '{"instructed": 1, "layout": null}',
     ],
 )
 def test_a_damaged_memory_is_no_memory(tmp_path, text):
@@ -98,13 +97,26 @@ def test_a_damaged_memory_is_no_memory(tmp_path, text):
     assert recall(path) == DeskMemory()
 
 
+SET = {
+    "mode": "cartesian",
+    "frame": "tool",
+    "step_deg": 5.0,
+    "step_mm": 0.5,
+    "speed": 0.1,
+    "move_mode": "joint",
+    "move_speed": 0.25,
+}
+"""What was set on an arm, as it stands in the file."""
+
+NONSENSE = ("sideways", "board", 3.3, 7, None, [1.0], {"speed": 1.0})
+
+
 def test_what_does_not_exist_here_is_left_as_it_is():
-    settings = JogSettings(frames=("base", "tool"))
-    assert restored(settings, ArmMemory("sideways", "board", 3.3, 3.4, 7.0)) == settings
-    changed = restored(settings, ArmMemory("cartesian", "tool", 5.0, 0.5, 0.1))
-    assert (changed.cartesian, changed.frame, changed.step_deg, changed.step_mm, changed.speed) == (
-        True, "tool", 5.0, 0.5, 0.1,
-    )  # fmt: skip
+    jog, move = JogSettings(frames=("base", "tool")), MoveSettings()
+    for value in NONSENSE:
+        assert restored(jog, move, dict.fromkeys(SET, value)) == (jog, move), value
+    assert restored(jog, move, {}) == (jog, move)
+    assert remembered(*restored(jog, move, SET)) == SET
 
 
 async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
@@ -133,13 +145,6 @@ async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was
         assert not any(form.field(name).text for name in form.names), (
             "a goal is not kept: whoever comes next has not seen it"
         )
-
-
-def test_a_manner_that_makes_no_sense_is_the_usual_one():
-    assert (
-        move_settings(ArmMemory(move_mode="sideways", move_speed=7.0), MoveSettings())
-        == MoveSettings()
-    )
 
 
 async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):
@@ -270,10 +275,10 @@ async def test_each_arm_has_settings_of_its_own(memory):
 def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
     memory = DeskMemory()
     for number in range(MOST_ARMS + 5):
-        memory = memory.with_arm(FakeArm(arm=f"arm {number}").status, ArmMemory(speed=0.1))
+        memory = memory.with_arm(FakeArm(arm=f"arm {number}").status, {"speed": 0.1})
     assert len(memory.arms) == MOST_ARMS
-    assert memory.of(FakeArm(arm="arm 4").status) == ArmMemory()
-    assert memory.of(FakeArm(arm="arm 5").status) == ArmMemory(speed=0.1)
+    assert memory.of(FakeArm(arm="arm 4").status) == {}
+    assert memory.of(FakeArm(arm="arm 5").status) == {"speed": 0.1}
 
 
 async def test_the_desk_begins_at_the_jog_screen_wherever_it_was_left(memory):

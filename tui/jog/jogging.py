@@ -24,7 +24,7 @@ from armdrive.motion.dead_man import (
 )
 from armdrive.moves import Jog
 from tui.app import HoldAlarm
-from tui.keys.presses import BURST, StaleInput
+from tui.keys.presses import BURST
 from tui.settings import JogSettings
 
 STOPPED = "the arm was stopped"
@@ -69,8 +69,6 @@ class DeskJogging:
         self._renew_s = math.inf
         self._stops = arm.stops
         """The number of stops when the keys were armed."""
-        self._stale = StaleInput()
-        self._kept_s = 0.0
         self.alarm: HoldAlarm | None = None
         """Calls `tick` when something that is held has to be renewed or to end."""
 
@@ -99,24 +97,12 @@ class DeskJogging:
             self._say(NOT_ARMED)
         if self.armed:
             self._active_s = came_s
-        if self.armed and self._stale.is_stale(came_s):
-            self.disarm(f"keys may be old: the desk was kept waiting for {self._kept_s:.1f} s")
-            return
         self.lift()
         self._apply(self._deadman.press(key, came_s))
 
     def key_up(self, key: str) -> None:
         """Take the release of a jog key, where the terminal reports it: what it holds ends now."""
         self._apply(self._deadman.key_up(key, self._clock()))
-
-    def doubt(self, time_s: float) -> None:
-        """Note that keys had to wait this long: the next key disarms.
-
-        Held jogs have expired meanwhile.
-        """
-        self.release()
-        self._kept_s = time_s
-        self._stale.begin(self._clock())
 
     def tick(self) -> None:
         """Let the dead-man's time pass, and the mouse's."""
@@ -130,8 +116,6 @@ class DeskJogging:
         """Hold the on-screen button of a jog key until `lift`, or until the mouse is silent."""
         if not self.armed:
             self._say(NOT_ARMED)
-            return
-        if self._stale.is_stale(self._clock(), of_keyboard=False):
             return
         self.release()
         self.held_button = key
@@ -169,8 +153,7 @@ class DeskJogging:
     def arm_keys(self) -> bool:
         """Arm the jog keys; refused while keys are still arriving."""
         self._active_s, self._stops = self._clock(), self._arm.stops
-        may = self.armed or not self._stale.is_stale(self._active_s - self._age_s())
-        return may and self._deadman.arm(self._active_s)
+        return self._deadman.arm(self._active_s)
 
     def _was_stopped(self) -> bool:
         """Disarm if there was a stop since the keys were armed, by any program; return whether.

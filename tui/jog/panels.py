@@ -13,7 +13,7 @@ from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
 from armdrive.status import LinkStats, State, Status, Trust, pose_numbers
-from kinematics.guards import Reading
+from kinematics.guards.path import least_clearances
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.text import deg_text, mm_text, shown_name
@@ -28,10 +28,8 @@ from tui.widgets import UNKNOWN, Span
 CHANGED_S = 0.4
 """A row whose value has changed is highlighted for this long."""
 
-TABLE_NEAR_MM = 30.0
-RIM_NEAR_MM = 40.0
-SHAPE_NEAR_MM = 40.0
-"""The table, the rim of the reach, the base and boxes are marked as near from here on."""
+NEAR_MM = 40.0
+"""A guard is marked as near from here on."""
 
 Limits = tuple[float, float]
 
@@ -164,10 +162,8 @@ def near_lines(
             yield "NO LIMITS before it is referenced: watch the arm", "$text-warning"
     else:
         found = [*_near_limit(joints)]
-        if status.pose is not None:
-            found += _near_guards(status.pose, model)
         if status.joints is not None:
-            found += _near_shapes(status.joints, model)
+            found += _near_guards(status.joints, model)
         yield from sorted(found, key=lambda line: not line[1])
     if quick_stop and status.state is not State.DISCONNECTED:  # then the message says so
         yield quick_stop, "dim"
@@ -182,38 +178,13 @@ def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
         yield f"{shown_name(nearest.name)} {deg_text(margin)} from its limit", style
 
 
-def _near_guards(pose: Pose, model: ArmModel) -> Iterator[Span]:
-    guards, radius_mm = model.guards, math.hypot(pose.x_mm, pose.y_mm)
-    if guards.table:
-        near = pose.z_mm < TABLE_NEAR_MM
-        side = "above" if round(pose.z_mm) < 0 else "below"
-        yield f"table {abs(round(pose.z_mm))} mm {side} the tip", "$text-warning" if near else ""
-    outer_mm = guards.outer_radius_mm
-    if outer_mm is not None and outer_mm - radius_mm < RIM_NEAR_MM:
-        yield f"end of the reach {outer_mm - radius_mm:.0f} mm away", "$text-warning"
-    inner_mm = guards.inner_radius_mm
-    if inner_mm is not None and pose.z_mm < guards.inner_height_mm:
-        gap_mm = radius_mm - inner_mm
-        if gap_mm < RIM_NEAR_MM:
-            yield f"the arm's own base {gap_mm:.0f} mm away", "$text-warning"
-
-
-def _near_shapes(joints: Joints, model: ArmModel) -> Iterator[Span]:
-    """Yield the boxes, the base column and the links that a link is near to or inside of."""
-    links = model.guards.over(model.arm).links
-    if links is None:
-        return
-    least: dict[str, Reading] = {}
-    for reading in links.readings(model.arm.points(joints), model.guards.tolerance_mm):
-        best = least.setdefault(reading.guard, reading)
-        if reading.clearance_mm < best.clearance_mm:
-            least[reading.guard] = reading
-    for guard, reading in least.items():
-        if reading.clearance_mm < SHAPE_NEAR_MM:
-            link, other = reading.parts
-            gap_mm = round(reading.clearance_mm)
-            way = "inside" if gap_mm < 0 else "from"
-            yield f"{link} {abs(gap_mm)} mm {way} {other or f'the {guard}'}", "$text-warning"
+def _near_guards(joints: Joints, model: ArmModel) -> Iterator[Span]:
+    """Yield how far the table is, and each other guard that some part of the arm is near to."""
+    for each in least_clearances(model.guards.over(model.arm), [joints]):
+        near = each.clearance_mm < NEAR_MM
+        if near or each.guard == "table":
+            said = f"{each.guard}: {round(each.clearance_mm)} mm ({each.quantity})"
+            yield said, "$text-warning" if near else ""
 
 
 def _margin_share(row: AxisRow) -> float:

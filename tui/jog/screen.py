@@ -160,12 +160,11 @@ class JogScreen(DeskScreen):
     @property
     def works(self) -> Mapping[str, bool]:
         """Keys that are armed need no arming; keys that are not grasp nothing."""
-        status = self.desk.link.status
-        homing = status.state is State.HOMING
+        link = self.desk.link
         return {
-            "arm": not (self.armed or homing),
-            "grasp": self.armed and not homing and can_grasp(status.dialect),
-            "park": not homing,
+            "arm": not (self.armed or link.moves),
+            "grasp": self.armed and can_grasp(link.status.dialect),
+            "park": link.status.state is not State.HOMING,
             "frame": self.desk.settings.jog.cartesian,
         }
 
@@ -221,6 +220,8 @@ class JogScreen(DeskScreen):
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""
+        if not self.armed:
+            self.desk.link.require_standing()  # a key held till the arm stands would begin a jog
         if not self.hand.arm_keys():
             arm = self.desk.keys.label("arm")
             raise BadRequest(f"keys are still arriving: let go of all keys, then press {arm} again")

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from desk_fake import Clock, FakeArm, unknown_position
+from desk_fake import MODEL, Clock, FakeArm, unknown_position
 from desk_planner import PlannerArm
 from desk_session import Session
 from textual import events
@@ -11,7 +11,8 @@ from textual import events
 from armdrive.errors import Refused, Stopped
 from armdrive.motion.dead_man import GATE_S, HOLD_LONGEST_S
 from armdrive.moves import Jog, ParkMove, Space
-from armdrive.status import LinkStats, State, Trust
+from armdrive.status import IN_MOTION, LinkStats, State, Trust
+from kinematics import Joints
 from kinematics.guards.shapes import Box
 from tui.axes import AxisRow, AxisTable
 from tui.jog import panels as tables
@@ -210,6 +211,26 @@ async def test_limits_are_shown_only_where_they_end_a_jog(trust):
         session.shows("the tip", state="tap a key" if hold else "the tip needs a reference first")
 
 
+@pytest.mark.parametrize("state", IN_MOTION)
+async def test_keys_are_not_armed_while_something_else_moves_the_arm(state):
+    """A key that is still held when the arm stands would begin a jog then."""
+    async with Session() as session:
+        session.arm.set(state=state)
+        await session.poll()
+        await session.press("enter")
+        assert not session.screen.armed
+        session.shows(state, messages=f"the arm is {state.value}: wait until it stands")
+        session.shows(state, not_footer="enter arm")
+        session.arm.set(state=State.STANDBY)
+        await session.poll()
+        session.shows("it stands", footer="enter arm")
+        await session.hold()
+        session.arm.set(state=State.MOVING)
+        await session.poll()
+        await session.press("enter", after_s=1.0)
+        assert session.screen.armed, "what moves is a jog of these keys"
+
+
 async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
     async with Session() as session:
         await session.press("G")
@@ -337,23 +358,31 @@ def near(arm):
 
 
 @pytest.mark.parametrize(
-    ("z_mm", "said"), [(4.6, "table 5 mm below"), (-0.4, "table 0 mm below"), (-0.9, "1 mm above")]
+    ("z_mm", "said"),
+    [(4.6, "table: 5 mm (tip z)"), (-0.4, "table: 0 mm (tip z)"), (-0.9, "table: -1 mm (tip z)")],
 )
-def test_the_table_is_below_the_tip_or_above_it(z_mm, said):
+def test_the_table_is_always_among_what_is_near(z_mm, said):
     arm = FakeArm()
-    arm.set(pose=replace(arm.status.pose, z_mm=z_mm))
-    assert f"{said} the tip" in near(arm)
+    arm.set(joints=MODEL.arm.ik(replace(arm.status.pose, z_mm=z_mm)))
+    assert said in near(arm)
 
 
 @pytest.mark.parametrize(
-    ("x_mm", "said"), [(290.0, "hand 9 mm from"), (262.0, "hand 19 mm inside"), (340.0, None)]
+    ("x_mm", "said"), [(290.0, "9 mm (hand)"), (262.0, "-19 mm (hand)"), (340.0, None)]
 )
 def test_a_box_that_a_link_is_near_to_or_inside_of_is_named(x_mm, said):
     arm = FakeArm()
     box = Box("vice", (x_mm, 50.0, 100.0), (400.0, 140.0, 230.0))
     guards = replace(arm.model.guards, radii_mm=(35.0, 30.0, 25.0), boxes=(box,))
     arm.model = replace(arm.model, guards=guards)
-    assert (f"{said} the box vice" in near(arm)) if said else ("box vice" not in near(arm))
+    assert (f"box vice: {said}" in near(arm)) if said else ("box vice" not in near(arm))
+
+
+def test_the_end_of_the_reach_is_named_where_it_is_near():
+    arm = FakeArm()
+    assert "outer radius" not in near(arm)
+    arm.set(joints=Joints.of(0.0, 10.0, -10.0, 0.0, 0.0))
+    assert "outer radius: 4 mm (tip radius)" in near(arm)
 
 
 @pytest.mark.parametrize(

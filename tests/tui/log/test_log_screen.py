@@ -21,7 +21,7 @@ from tui.widgets import PlainText
 class LogSession(Session):
     """A desk at its log screen."""
 
-    opens_with = "f7"
+    first = "log"
 
     def __init__(self, arm=None, **more):
         super().__init__(arm or busy_arm(), **({"size": (120, 46)} | more))
@@ -304,11 +304,6 @@ async def test_nothing_is_wider_than_the_screen():
                 assert max(map(len, text.splitlines())) <= width
             head = session.screen.query_one("#log-head")
             assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
-
-
-def test_the_log_screen(snap_compare):
-    session = Session(busy_arm())
-    assert snap_compare(session.desk, press=["f7"], terminal_size=(120, 40))
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from tui.settings import SPEEDS, MoveSettings
 class MoveSession(Session):
     """A desk at its move screen, with an arm that plans."""
 
-    opens_with = "f3"
+    first = "move"
 
     def __init__(self, arm=None, **more):
         super().__init__(arm or PlannerArm(), **more)

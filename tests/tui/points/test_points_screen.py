@@ -27,7 +27,7 @@ def taught_arm():
 class PointSession(Session):
     """A desk at its points screen, with an arm that has been taught."""
 
-    opens_with = "f4"
+    first = "points"
 
     def __init__(self, arm=None, **more):
         super().__init__(arm or taught_arm(), **more)

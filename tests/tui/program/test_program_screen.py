@@ -77,7 +77,7 @@ class Gate:
 class ProgramSession(Session):
     """A desk at its program screen, in a folder with these programs."""
 
-    opens_with = "f8"
+    first = "program"
 
     def __init__(self, arm, folder, *, named=None, size=(120, 40), **programs):
         super().__init__(arm, size=size, program=named)

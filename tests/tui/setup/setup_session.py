@@ -57,7 +57,7 @@ class Simulated:
 class SetupSession(Session):
     """A desk at its set-up screen, with a simulated arm."""
 
-    opens_with = "f5"
+    first = "setup"
 
     def __init__(self, config=None, signs=None, **more):
         self.simulated = Simulated(config or simulated_config("teachmover"), signs)

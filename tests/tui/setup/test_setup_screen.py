@@ -246,13 +246,12 @@ SHOWN = {
     "steps": (),
     "ports": ("enter",),
     "question": ("down", "enter", "x", "enter"),
-    "motor": ("up", "enter", "t"),
 }
 
 
 @pytest.mark.parametrize(
     ("what", "size"),
-    zip(SHOWN, ((80, 24), (120, 40), (80, 24), (120, 40)), strict=True),
+    zip(SHOWN, ((80, 24), (120, 40), (80, 24)), strict=True),
 )
 def test_the_setup_screen(snap_compare, what, size, monkeypatch):
     found_at(monkeypatch, ROBKO)
