@@ -11,7 +11,6 @@ from kinematics.chains.assignment import assign_frames as assign_frames
 from kinematics.chains.assignment import tip_frame as tip_frame
 from kinematics.chains.assignment import zero_position as zero_position
 from kinematics.chains.chain import Chain as Chain
-from kinematics.chains.chain import JointViolation as JointViolation
 from kinematics.chains.chain import rows_of as rows_of
 from kinematics.chains.chain import table_text as table_text
 from kinematics.chains.generated import Generated as Generated

@@ -49,7 +49,7 @@ class Branch:
     @property
     def excess_rad(self) -> float:
         """The largest excess over a limit, 0 within the limits."""
-        return max((violation.excess_rad for violation in self.violations), default=0.0)
+        return max((violation.excess for violation in self.violations), default=0.0)
 
 
 class NotFollowed(Exception):

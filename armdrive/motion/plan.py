@@ -281,10 +281,10 @@ SLACK_RAD = 1e-9  # a joint beyond its limit whose excess grows by rounding alon
 def audit(config: ArmConfig, corners: list[Joints]) -> None:
     """Raise `OutOfBounds` for the first limit or guard that a joint path would violate."""
     arm = config.model.arm
-    excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
+    excused = {each.joint: each.excess for each in arm.violations(corners[0])}
     for corner in corners[1:]:
         for violation in arm.violations(corner):
-            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
+            if violation.excess > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
     found = first_violation(arm, config.model.guards, corners, way_out=True)
     if found is not None:
@@ -354,7 +354,7 @@ def _leads_to(config: ArmConfig, seed: Joints, pose: Pose) -> bool:
 
 def limit_error(violation: LimitViolation) -> OutOfBounds:
     """Return the error of a violated joint limit."""
-    value_rad, bound_rad = violation.value_rad, violation.bound_rad
+    value_rad, bound_rad = violation.value, violation.bound
     return OutOfBounds(
         f"the {violation.joint} would turn to {joint_text(value_rad, 'rad')}, "
         f"{beyond(value_rad, bound_rad)}; nothing was moved",

@@ -191,10 +191,7 @@ class ChainArm:
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
-        return tuple(
-            LimitViolation(one.joint, one.value, one.bound)
-            for one in self.chain.violations(self._values(joints))
-        )
+        return self.chain.violations(self._values(joints))
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
+from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain
 from kinematics.chains.closed_form import ClosedForm, closed_form
 from kinematics.chains.descent import SEARCHING, Descent
 from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal
@@ -26,6 +26,7 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
+from kinematics.limits import LimitViolation
 from kinematics.text import significant
 
 FAR_FROM_SINGULAR = 1e-4
@@ -67,7 +68,7 @@ class Solution:
     residual_rad: float
     misses_rad: tuple[tuple[Part, float], ...]
     reason: Reason
-    violations: tuple[JointViolation, ...]
+    violations: tuple[LimitViolation, ...]
     at_limit: tuple[str, ...]
     starts: int
 
@@ -106,7 +107,7 @@ def _reason(
     goal: Goal,
     joints: Sequence[float],
     missed: set[Part],
-    broken: Sequence[JointViolation],
+    broken: Sequence[LimitViolation],
     met_without_limits: bool,
 ) -> Reason:
     if not missed:

@@ -254,8 +254,8 @@ class FiveAxisArm:
         if not branches:
             return span_refusal(pose, self.lengths, instead)
         best = min(branches, key=lambda branch: branch.excess_rad)
-        worst = max(best.violations, key=lambda violation: violation.excess_rad)
-        return Unreachable.by_limit(worst.joint, worst.value_rad, worst.bound_rad, pose, instead)
+        worst = max(best.violations, key=lambda violation: violation.excess)
+        return Unreachable.by_limit(worst.joint, worst.value, worst.bound, pose, instead)
 
 
 def _angles(joints: Joints) -> Angles:

@@ -15,7 +15,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from kinematics.chains.assignment import ZeroPosition, zero_position
-from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import frame_goal
@@ -30,6 +30,7 @@ from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, rotation_of
+from kinematics.limits import LimitViolation
 from kinematics.spaces import Jacobian
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, System
@@ -229,7 +230,7 @@ class Study:
         return named_factors(chain.base, self.matrices, chain.tool)
 
     @property
-    def violations(self) -> tuple[JointViolation, ...]:
+    def violations(self) -> tuple[LimitViolation, ...]:
         """The joint limits that the posture breaks."""
         return self.subject.chain.violations(self.values)
 
