@@ -18,7 +18,7 @@ from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.errors import suggestion
 from kinematics.geometry import ArmGeometry, Unreachable
-from kinematics.guards import GuardViolation, Violation
+from kinematics.guards import GuardViolation
 from kinematics.guards.escape import nearest_allowed
 from kinematics.guards.path import first_violation
 from kinematics.limits import LimitViolation
@@ -364,14 +364,13 @@ def limit_error(violation: LimitViolation) -> OutOfBounds:
     )
 
 
-def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> OutOfBounds:
+def guard_error(guard: GuardViolation, share: float, nearest: Pose | None = None) -> OutOfBounds:
     """Return the error of a violated guard; its values are in mm, or degrees for joint sums."""
     where = "at the goal" if share >= 1.0 else f"{share:.0%} of the way to the goal"
     instead = f"; nearest pose that is allowed: {nearest}" if nearest is not None else ""
-    if isinstance(guard, GuardViolation):
-        value, bound = guard.value_mm, guard.bound_mm
-    else:
-        value, bound = math.degrees(guard.value_rad), math.degrees(guard.bound_rad)
+    value, bound = guard.value, guard.bound
+    if guard.unit == "rad":
+        value, bound = math.degrees(value), math.degrees(bound)
     return OutOfBounds(
         f"{guard.sentence}, {where}; nothing was moved{instead}",
         name=guard.guard,
