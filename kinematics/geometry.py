@@ -32,14 +32,12 @@ Hand = tuple[float, ...]
 class Branch:
     """One posture that holds the hand at a pose, and the limits it would break.
 
-    `name` says which one it is, in words if the arm's build has words for its postures. With the
-    tip on the base axis any base angle may be valid, and the seed's was used (`base_free`).
+    `name` says which one it is, in words if the arm's build has words for its postures.
     """
 
     name: str
     joints: Joints
     violations: tuple[LimitViolation, ...] = ()
-    base_free: bool = False
 
     @property
     def within_limits(self) -> bool:

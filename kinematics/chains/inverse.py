@@ -334,9 +334,9 @@ class _Question:
 
         Of several, the one that breaks them least.
         """
-        if not any(link.has_limits for link in self.chain.links):
-            return None
         free = self.chain.within()
+        if free == self.chain:
+            return None
         descent = Descent(free, self.goal)
         more = _starts(free, middle(free), 6)
         ends = [free.turned(descent.meet(start), start) for start in (*starts, *more)]
