@@ -32,14 +32,12 @@ Hand = tuple[float, ...]
 class Branch:
     """One posture that holds the hand at a pose, and the limits it would break.
 
-    `name` says which one it is, in words if the arm's build has words for its postures. With the
-    tip on the base axis any base angle may be valid, and the seed's was used (`base_free`).
+    `name` says which one it is, in words if the arm's build has words for its postures.
     """
 
     name: str
     joints: Joints
     violations: tuple[LimitViolation, ...] = ()
-    base_free: bool = False
 
     @property
     def within_limits(self) -> bool:
@@ -49,7 +47,7 @@ class Branch:
     @property
     def excess_rad(self) -> float:
         """The largest excess over a limit, 0 within the limits."""
-        return max((violation.excess_rad for violation in self.violations), default=0.0)
+        return max((violation.excess for violation in self.violations), default=0.0)
 
 
 class NotFollowed(Exception):

@@ -71,26 +71,30 @@ def widened_to(limits: Iterable[JointRange], angles: Iterable[float]) -> tuple[J
 
 @dataclass(frozen=True, slots=True)
 class LimitViolation:
-    """A joint beyond one of its limits: the angle it would need, and the limit, in rad."""
+    """A joint beyond one of its limits: the value it would need, and the limit.
+
+    Both are in `unit`: rad, or mm of a joint that slides. Arms that are driven have none of these.
+    """
 
     joint: str
-    value_rad: float
-    bound_rad: float
+    value: float
+    bound: float
+    unit: str = "rad"
 
     @property
-    def excess_rad(self) -> float:
-        """How far beyond the limit."""
-        return abs(self.value_rad - self.bound_rad)
+    def excess(self) -> float:
+        """How far beyond the limit, in `unit`."""
+        return abs(self.value - self.bound)
 
     def __str__(self) -> str:
-        return f"{shown_name(self.joint)} {beyond(self.value_rad, self.bound_rad)}"
+        return f"{shown_name(self.joint)} {beyond(self.value, self.bound, self.unit)}"
 
 
 def refuse_worst(broken: Sequence[LimitViolation]) -> None:
     """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
     if broken:
-        worst = max(broken, key=lambda violation: violation.excess_rad)
-        raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+        worst = max(broken, key=lambda violation: violation.excess)
+        raise JointLimit(worst.joint, worst.value, worst.bound)
 
 
 TAU_REST = 2.4492935982947064e-16

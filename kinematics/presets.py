@@ -36,7 +36,7 @@ class ArmModel:
     """What is known of one kind of arm before a particular one has been measured.
 
     `transmission` and `reference` are None if nothing is published. Joint speeds are in the order
-    of the joints, at full load and without load. `grip_steps_per_n` is how many steps of closing
+    of the joints, at full load. `grip_steps_per_n` is how many steps of closing
     add one newton once the fingers touch. `verified` says that programs which drive this arm
     publish the numbers; if it is False, the preset is a template, and Cartesian motion is refused
     until the owner has filled in the numbers. `notes` gives the sources, and `unused` what a
@@ -48,7 +48,6 @@ class ArmModel:
     arm: ArmGeometry
     transmission: Transmission | None
     joint_speeds_rad_s: tuple[float, ...]
-    no_load_speeds_rad_s: tuple[float, ...]
     gripper_range_mm: tuple[float, float]
     gripper_speed_mm_s: float
     grip_steps_per_n: float | None
@@ -101,7 +100,6 @@ _LIMITS = (
     JointRange.of(-360, 360),
 )
 _FULL_LOAD = (0.37, 0.15, 0.23, 1.31, 1.31)
-_NO_LOAD = (0.42, 0.36, 0.82, 2.02, 2.02)
 _OPENING = (0.0, 76.0)
 _GRIPPER_SPEED = 20.0
 _GRIP_STEPS_PER_N = 32.0 / POUND_FORCE_N
@@ -120,7 +118,6 @@ _TEACHMOVER = ArmPreset(
     arm=FiveAxisArm(193.7, 177.8, 177.8, 96.5, _LIMITS),
     transmission=_HALF_STEPS,
     joint_speeds_rad_s=_FULL_LOAD,
-    no_load_speeds_rad_s=_NO_LOAD,
     gripper_range_mm=_OPENING,
     gripper_speed_mm_s=_GRIPPER_SPEED,
     grip_steps_per_n=_GRIP_STEPS_PER_N,

@@ -320,8 +320,8 @@ def unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
     if config.homing is not None:
         for broken in config.model.arm.violations(config.homing.joints):
             yield (
-                f"homing.joints_deg.{broken.joint} is {math.degrees(broken.value_rad):g}, beyond "
-                f"its limit of {math.degrees(broken.bound_rad):g}: correct it, or limits_deg."
+                f"homing.joints_deg.{broken.joint} is {math.degrees(broken.value):g}, beyond "
+                f"its limit of {math.degrees(broken.bound):g}: correct it, or limits_deg."
                 f"{broken.joint}"
             )
 

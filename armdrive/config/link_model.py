@@ -387,15 +387,13 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
         return None
     arm = ChainArm(limited)
     fingers = _fingers(table, transmission, gripper)
-    speeds_rad_s = tuple(math.radians(speeds[name]) for name in names)
     reference = read_posture(table, "reference", arm.has_yaw)
     return ArmModel(
         key=described.name,
         title=described.title,
         arm=arm,
         transmission=transmission,
-        joint_speeds_rad_s=speeds_rad_s,
-        no_load_speeds_rad_s=speeds_rad_s,
+        joint_speeds_rad_s=tuple(math.radians(speeds[name]) for name in names),
         gripper_range_mm=fingers.range_mm,
         gripper_speed_mm_s=fingers.speed_mm_s,
         grip_steps_per_n=fingers.steps_per_n,

@@ -18,7 +18,7 @@ from armdrive.registry import dialect
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from kinematics.errors import suggestion
 from kinematics.geometry import ArmGeometry, Unreachable
-from kinematics.guards import GuardViolation, Violation
+from kinematics.guards import GuardViolation
 from kinematics.guards.escape import nearest_allowed
 from kinematics.guards.path import first_violation
 from kinematics.limits import LimitViolation
@@ -281,10 +281,10 @@ SLACK_RAD = 1e-9  # a joint beyond its limit whose excess grows by rounding alon
 def audit(config: ArmConfig, corners: list[Joints]) -> None:
     """Raise `OutOfBounds` for the first limit or guard that a joint path would violate."""
     arm = config.model.arm
-    excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
+    excused = {each.joint: each.excess for each in arm.violations(corners[0])}
     for corner in corners[1:]:
         for violation in arm.violations(corner):
-            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
+            if violation.excess > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
     found = first_violation(arm, config.model.guards, corners, way_out=True)
     if found is not None:
@@ -354,7 +354,7 @@ def _leads_to(config: ArmConfig, seed: Joints, pose: Pose) -> bool:
 
 def limit_error(violation: LimitViolation) -> OutOfBounds:
     """Return the error of a violated joint limit."""
-    value_rad, bound_rad = violation.value_rad, violation.bound_rad
+    value_rad, bound_rad = violation.value, violation.bound
     return OutOfBounds(
         f"the {violation.joint} would turn to {joint_text(value_rad, 'rad')}, "
         f"{beyond(value_rad, bound_rad)}; nothing was moved",
@@ -364,14 +364,13 @@ def limit_error(violation: LimitViolation) -> OutOfBounds:
     )
 
 
-def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> OutOfBounds:
+def guard_error(guard: GuardViolation, share: float, nearest: Pose | None = None) -> OutOfBounds:
     """Return the error of a violated guard; its values are in mm, or degrees for joint sums."""
     where = "at the goal" if share >= 1.0 else f"{share:.0%} of the way to the goal"
     instead = f"; nearest pose that is allowed: {nearest}" if nearest is not None else ""
-    if isinstance(guard, GuardViolation):
-        value, bound = guard.value_mm, guard.bound_mm
-    else:
-        value, bound = math.degrees(guard.value_rad), math.degrees(guard.bound_rad)
+    value, bound = guard.value, guard.bound
+    if guard.unit == "rad":
+        value, bound = math.degrees(value), math.degrees(bound)
     return OutOfBounds(
         f"{guard.sentence}, {where}; nothing was moved{instead}",
         name=guard.guard,

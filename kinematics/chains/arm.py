@@ -114,13 +114,10 @@ class ChainArm:
         yaw that is missing or that this arm cannot take. Without a seed the middle of the ranges
         stands for it.
         """
-        joints = self._solved(pose, seed)
-        if joints is not None:
-            return joints
-        found = self._hunt(pose, seed)
-        if not found.ok:
+        found = self._found(pose, seed)
+        if isinstance(found, Solution):
             raise _refusal(self, pose, found)
-        return self.joints_of(found.joints)
+        return found
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return the posture a small step from the seed; raises `Unreachable`."""
@@ -136,11 +133,8 @@ class ChainArm:
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return what `ik` does, or None without reasons."""
-        joints = self._solved(pose, seed)
-        if joints is not None:
-            return joints
-        found = self._hunt(pose, seed)
-        return self.joints_of(found.joints) if found.ok else None
+        found = self._found(pose, seed)
+        return None if isinstance(found, Solution) else found
 
     def solve_near(self, pose: Pose, seed: Joints) -> Joints | None:
         """Return a posture a small step from the seed, quickly, or None; see `near_posture`."""
@@ -161,8 +155,7 @@ class ChainArm:
         if closed is None or not closed.solves(goal):
             joints = self.solve(pose, seed)
             return () if joints is None else (Branch("", joints),)
-        near = middle(self.chain) if seed is None else self._values(seed)
-        found = map(self.joints_of, closed.branches(goal, near))
+        found = map(self.joints_of, closed.branches(goal, self._start(seed)))
         return tuple(
             Branch(f"solution {number}", joints, self.violations(joints))
             for number, joints in enumerate(found, 1)
@@ -170,8 +163,8 @@ class ChainArm:
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
-        found = self._hunt(pose, seed)
-        return pose if found.ok else _nearest_of(self, pose, found)
+        found = self._found(pose, seed)
+        return _nearest_of(self, pose, found) if isinstance(found, Solution) else pose
 
     def goal(self, pose: Pose) -> Goal:
         """Return what a pose asks of the hand."""
@@ -191,10 +184,7 @@ class ChainArm:
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
-        return tuple(
-            LimitViolation(one.joint, one.value, one.bound)
-            for one in self.chain.violations(self._values(joints))
-        )
+        return self.chain.violations(self._values(joints))
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
@@ -233,18 +223,23 @@ class ChainArm:
             for (point, axis), most in zip(self.chain.axes(values), longest, strict=True)
         )
 
-    def _solved(self, pose: Pose, seed: Joints | None) -> Joints | None:
-        """Return the posture nearest to the seed in closed form, None where that gives none."""
-        goal = self.goal(pose)
-        if self.closed is None or not self.closed.solves(goal):
-            return None
-        near = middle(self.chain) if seed is None else self._values(seed)
-        found = self.closed.nearest(goal, near)
-        return None if found is None else self.joints_of(found)
+    def _found(self, pose: Pose, seed: Joints | None) -> Joints | Solution:
+        """Return the posture for a pose, or the account of the best one if none holds it.
 
-    def _hunt(self, pose: Pose, seed: Joints | None) -> Solution:
-        near = None if seed is None else self._values(seed)
-        return solve_goal(self.chain, self.goal(pose), near, first=HAND_FIRST, starts=STARTS)
+        The closed form is asked here, because `solve_goal` adds an account of its answer, which
+        takes longer than the answer. Only goals that it cannot meet are left to the search.
+        """
+        goal, near = self.goal(pose), self._start(seed)
+        if self.closed is not None and self.closed.solves(goal):
+            values = self.closed.nearest(goal, near)
+            if values is not None:
+                return self.joints_of(values)
+        found = solve_goal(self.chain, goal, near, first=HAND_FIRST, starts=STARTS)
+        return self.joints_of(found.joints) if found.ok else found
+
+    def _start(self, seed: Joints | None) -> tuple[float, ...]:
+        """Return the values near which to look: the seed's, or the middle of the ranges."""
+        return middle(self.chain) if seed is None else self._values(seed)
 
     def _widened(self, start: Joints) -> ChainArm:
         """Return the arm with its limits widened to a posture beyond them."""
@@ -453,17 +448,13 @@ def _nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
 
 
 def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
-    away = math.dist(pose.position_mm, nearest.position_mm)
-    certain = found.reason is Reason.NO_POSTURE
+    proved = found.reason is Reason.NO_POSTURE
     if found.residual_rad > HELD_RAD:
-        gap = math.degrees(found.residual_rad)
         value, unit = found.residual_rad, "rad"
-        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
-        if certain:
-            reason = f"no posture turns the hand like this; the nearest one is off by {gap:.2f}°"
+        misses = f"misses the hand's direction by {math.degrees(value):.2f}°"
     else:
-        value, unit = away, "mm"
-        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
-        if certain:
-            reason = f"with the hand held like this, every posture stays {away:.2f} mm away"
+        value, unit = math.dist(pose.position_mm, nearest.position_mm), "mm"
+        misses = f"stays {value:.2f} mm away"
+    none = "no posture meets this" if proved else "no posture was found"
+    reason = f"{none}; the nearest posture {misses}"
     return Unreachable(reason, Constraint.NO_POSTURE, value, 0.0, unit, goal=pose, nearest=nearest)

@@ -23,26 +23,11 @@ from kinematics.frames.transforms import (
     z_axis_of,
 )
 from kinematics.frames.vectors import Vector, norm
-from kinematics.limits import LIMIT_TOLERANCE_RAD, few_turns, turn_into
+from kinematics.limits import LIMIT_TOLERANCE_RAD, LimitViolation, few_turns, turn_into
 from kinematics.text import aligned, counted
 
 LIMIT_TOLERANCE_MM = 1e-6
 """How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
-
-
-@dataclass(frozen=True, slots=True)
-class JointViolation:
-    """A joint beyond one of its limits: its value and the limit, both in `unit` (rad or mm)."""
-
-    joint: str
-    value: float
-    bound: float
-    unit: str
-
-    @property
-    def excess(self) -> float:
-        """How far beyond the limit, in `unit`."""
-        return abs(self.value - self.bound)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,7 +155,7 @@ class Chain:
             for frame in (frames[:-1] if standard else frames[1:])
         )
 
-    def violations(self, values: Sequence[float]) -> tuple[JointViolation, ...]:
+    def violations(self, values: Sequence[float]) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
         broken = []
         checked = self.checked(values)
@@ -179,7 +164,7 @@ class Chain:
             revolute = link.kind is JointKind.REVOLUTE
             tolerance = LIMIT_TOLERANCE_RAD if revolute else LIMIT_TOLERANCE_MM
             if abs(value - bound) > tolerance:
-                broken.append(JointViolation(name, value, bound, link.kind.unit))
+                broken.append(LimitViolation(name, value, bound, link.kind.unit))
         return tuple(broken)
 
     def clamp(self, values: Sequence[float]) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -40,10 +40,11 @@ ELSEWHERE_RAD = 0.123
 
 
 @dataclass(frozen=True, slots=True)
-class Solver:
-    """The generated code of a link table, which its limits do not affect.
+class ClosedForm:
+    """The closed form of one chain: the code generated for its link table, and its limits.
 
-    `chain` has no limits. `headings` finds postures for goals of any heading.
+    `headings` finds postures for goals of any heading. In a singular posture some joints may take
+    any value; they take it from the argument `near`.
     """
 
     chain: Chain
@@ -51,6 +52,36 @@ class Solver:
     fk: Callable[[Sequence[float]], Transform]
     frames: BranchFinder
     headings: BranchFinder | None
+
+    def solves(self, goal: Goal) -> bool:
+        """Return whether the closed form solves this kind of goal: whole, or without heading."""
+        return goal.parts == ALL_PARTS or (goal.parts == HEADING_FREE and self.headings is not None)
+
+    def branches(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
+        """Return all postures that meet a goal, each joint on the allowed turn nearest to `near`.
+
+        Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
+        singular one, has those with the free joints as in `near`.
+        """
+        raw = self._find(goal)(goal.frame, near)
+        checked = [self.checked(goal, angles) for angles in raw]
+        return [self.chain.turned(angles, near) for angles in checked if angles is not None]
+
+    def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
+        """Return the posture within the limits that is nearest to another one, None without any."""
+        limits = self.chain.limits
+        ranked = []
+        for angles in self._find(goal)(goal.frame, near):
+            kept = all_fitted(angles, limits, near)
+            if kept is not None:
+                ranked.append((math.dist(kept, near), kept, angles))
+        for _, kept, angles in sorted(ranked):
+            sound = self.checked(goal, angles)
+            if sound is angles:
+                return kept
+            if sound is not None and (kept := all_fitted(sound, limits, near)) is not None:
+                return kept
+        return None
 
     def checked(self, goal: Goal, angles: Posture) -> Posture | None:
         """Return a posture that meets the goal: the given one, or an improved one, or None.
@@ -66,57 +97,10 @@ class Solver:
             return None
         return Descent(self.chain, goal, limited=False).met(angles, QUICK)
 
-
-@dataclass(frozen=True, slots=True)
-class ClosedForm:
-    """The closed form of one chain, within its limits.
-
-    In a singular posture some joints may take any value; they take it from the argument `near`.
-    """
-
-    chain: Chain
-    solver: Solver
-
-    def solves(self, goal: Goal) -> bool:
-        """Return whether the closed form solves this kind of goal: whole, or without heading."""
-        return goal.parts == ALL_PARTS or (
-            goal.parts == HEADING_FREE and self.solver.headings is not None
-        )
-
-    def branches(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
-        """Return all postures that meet a goal, each joint on the allowed turn nearest to `near`.
-
-        Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
-        singular one, has those with the free joints as in `near`.
-        """
-        return [self.chain.turned(angles, near) for angles in self.postures(goal, near)]
-
-    def postures(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
-        """Return what `branches` does, with every angle from -pi to pi."""
-        raw = self._find(goal)(goal.frame, near)
-        checked = [self.solver.checked(goal, one) for one in raw]
-        return [one for one in checked if one is not None]
-
-    def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
-        """Return the posture within the limits that is nearest to another one, None without any."""
-        limits = self.chain.limits
-        ranked = []
-        for angles in self._find(goal)(goal.frame, near):
-            kept = all_fitted(angles, limits, near)
-            if kept is not None:
-                ranked.append((math.dist(kept, near), kept, angles))
-        for _, kept, angles in sorted(ranked):
-            sound = self.solver.checked(goal, angles)
-            if sound is angles:
-                return kept
-            if sound is not None and (kept := all_fitted(sound, limits, near)) is not None:
-                return kept
-        return None
-
     def _find(self, goal: Goal) -> BranchFinder:
-        if goal.parts == ALL_PARTS or self.solver.headings is None:
-            return self.solver.frames
-        return self.solver.headings
+        if goal.parts == ALL_PARTS or self.headings is None:
+            return self.frames
+        return self.headings
 
 
 @lru_cache(maxsize=64)
@@ -127,8 +111,8 @@ def closed_form(chain: Chain) -> ClosedForm | None:
     """
     if not chain.is_plain:
         return None
-    solver = _solver(chain.within())
-    return None if solver is None else ClosedForm(chain, solver)
+    form = _without_limits(chain.within())
+    return None if form is None else replace(form, chain=chain)
 
 
 class HowSolved(NamedTuple):
@@ -146,20 +130,23 @@ def how_solved(chain: Chain) -> HowSolved:
             f"none: {why_no_family(chain)}", "numerically, from many starts: one posture"
         )
     solved = "in closed form: all postures, each compared with the goal"
-    return HowSolved(form.solver.family.value, solved)
+    return HowSolved(form.family.value, solved)
 
 
 @lru_cache(maxsize=64)
-def _solver(chain: Chain) -> Solver | None:
-    """Return the solver of a chain without limits, tested on random postures; None without any."""
+def _without_limits(chain: Chain) -> ClosedForm | None:
+    """Return the closed form of a chain without limits, tested on random postures.
+
+    Limits change nothing about the code: all chains of one link table share it.
+    """
     family = family_of(chain)
     if family is None:
         return None
     fk = generated(chain).fk
     draw = random.Random(1)  # noqa: S311 - any postures will do
     samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]
-    solver = Solver(chain, family, fk, branch_finder(chain, family), _headings(chain, family))
-    return solver if all(_found_again(solver, one) for one in samples) else None
+    form = ClosedForm(chain, family, fk, branch_finder(chain, family), _headings(chain, family))
+    return form if all(_found_again(form, one) for one in samples) else None
 
 
 def _headings(chain: Chain, family: Family) -> BranchFinder | None:
@@ -173,10 +160,10 @@ def _first_axis(chain: Chain) -> Sequence[float]:
     return chain.axes(chain.zero)[0][1]
 
 
-def _found_again(solver: Solver, values: Posture) -> bool:
+def _found_again(form: ClosedForm, values: Posture) -> bool:
     """Whether a posture is found for its frame, with other values for joints that may be free."""
-    goal, near = frame_goal(solver.fk(values)), [ELSEWHERE_RAD] * len(values)
-    checked = (solver.checked(goal, angles) for angles in solver.frames(goal.frame, near))
+    goal, near = frame_goal(form.fk(values)), [ELSEWHERE_RAD] * len(values)
+    checked = (form.checked(goal, angles) for angles in form.frames(goal.frame, near))
     return any(one is not None and _same(one, values) for one in checked)
 
 

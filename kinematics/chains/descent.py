@@ -99,11 +99,11 @@ class Descent:
         self._alike: Weights = dict.fromkeys(goal.parts, 1.0)
         self._made = generated(chain)
         self._length = length_of(chain)
-        self._units = units_of(chain)
-        self._slides = any(unit != 1.0 for unit in self._units)
         self._limits = chain.limits if limited else None
         self._turns_about_z = goal.parts == HEADING_FREE and not limited
         """Whether the goal's heading is one more joint, which is always where it serves best."""
+        self._units = (*units_of(chain), 1.0) if self._turns_about_z else units_of(chain)
+        self._slides = any(unit != 1.0 for unit in self._units)
 
     def meet(self, start: Sequence[float], pace: Pace = THOROUGH) -> tuple[float, ...]:
         """Return where a descent on all asked parts, alike, ends."""
@@ -160,6 +160,8 @@ class Descent:
         values = self._clipped(start)
         error, rows = self._linear(values, weights)
         cost, damping, idle = _squared(error), pace.damping, 0
+        if cost == math.inf:  # a goal so far away has no step that is a number
+            return tuple(values), cost
         for _ in range(pace.rounds):
             if cost < pace.met or idle >= pace.patience:
                 break
@@ -192,7 +194,8 @@ class Descent:
         if self._slides:
             rows = [list(map(mul, row, self._units)) for row in rows]
         if self._turns_about_z:
-            return damped_step(6, len(values) + 1)(rows, error, damping)[:-1]
+            *joints, _ = damped_step(6, len(values) + 1)(rows, error, damping)
+            return list(map(mul, joints, self._units)) if self._slides else joints
         free = self._free(values, rows, error, held)
         if len(free) < len(values):
             rows = [[row[index] for index in free] for row in rows]

@@ -1,10 +1,12 @@
 """Inverse kinematics of any chain within its limits, with an account of what was not met.
 
-In closed form where the chain has one and the goal is a whole frame; else numerically:
-Levenberg-Marquardt steps (Marquardt, 1963) on the position error, counted in lengths of the arm,
-and the rotation vector of the orientation error (Craig, chapter 5; Wampler, 1986), joints held at
-a limit while the step points beyond it. The residuals in the answer are always computed from the
-product of the A matrices. If not all parts of a goal can be met, some parts have priority. Lengths
+`solve_goal` asks the closed form, where the chain has one for this kind of goal. If that has no
+posture within the limits, or there is none, `_Question.search` looks for one by descents
+(`descent`), and `_Question.account` says of the best posture what it misses and why.
+
+The residuals in an answer are always computed from the product of the A matrices, whatever found
+the posture. If not all parts of a goal can be met, some have priority. Sources of the numerical
+solution: Marquardt, 1963; Craig, chapter 5, and Wampler, 1986, for the orientation error. Lengths
 in mm, angles in rad.
 """
 
@@ -17,8 +19,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain, JointViolation
-from kinematics.chains.closed_form import ClosedForm, closed_form
+from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.descent import SEARCHING, Descent
 from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal
 from kinematics.chains.jacobians import condition, length_of
@@ -26,6 +28,7 @@ from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
+from kinematics.limits import LimitViolation
 from kinematics.text import significant
 
 FAR_FROM_SINGULAR = 1e-4
@@ -67,7 +70,7 @@ class Solution:
     residual_rad: float
     misses_rad: tuple[tuple[Part, float], ...]
     reason: Reason
-    violations: tuple[JointViolation, ...]
+    violations: tuple[LimitViolation, ...]
     at_limit: tuple[str, ...]
     starts: int
 
@@ -106,7 +109,7 @@ def _reason(
     goal: Goal,
     joints: Sequence[float],
     missed: set[Part],
-    broken: Sequence[JointViolation],
+    broken: Sequence[LimitViolation],
     met_without_limits: bool,
 ) -> Reason:
     if not missed:
@@ -151,6 +154,12 @@ POSITION_FIRST: First = (frozenset({Part.POSITION}),)
 
 STARTS = 24
 """Postures tried: the seed, the middle of the ranges, then random ones, always the same."""
+
+HOPELESS_STARTS = 12
+"""The most that are tried for a goal that no posture meets: only the nearest pose is wanted."""
+
+FREE_STARTS = 6
+"""Postures tried without limits, besides the best ones found within them."""
 
 SEARCHES = 200
 """Short descents that first look for a whole frame, or one of any heading."""
@@ -199,9 +208,11 @@ def solve_goal(
     start = middle(chain) if seed is None else chain.clamp(seed)
     question, closed = _Question(chain, goal, starts), closed_form(chain)
     if closed is None or not closed.solves(goal):
-        return question.search(start, first)
+        return question.search(start, first, None)
     found = closed.nearest(goal, start)
-    return question.search(start, first, closed) if found is None else question.account(found)
+    if found is not None:
+        return question.account(found)
+    return question.search(start, first, closed.branches(goal, start))
 
 
 class _Miss(NamedTuple):
@@ -274,26 +285,27 @@ class _Question:
         )
 
     def search(
-        self, start: tuple[float, ...], first: First, closed: ClosedForm | None = None
+        self, start: tuple[float, ...], first: First, known: Sequence[tuple[float, ...]] | None
     ) -> Solution:
-        """Return the best posture found by descents; a closed form has none within the limits.
+        """Return the best posture that descents find.
 
-        Where its postures break limits, a singular one may have others that keep them, and the
-        nearest pose is near one of them: descents begin there.
+        `known` are all postures that meet the goal, each beyond a limit, where a closed form tells
+        them; None where it does not.
         """
         chain, goal = self.chain, self.goal
-        branches = [] if closed is None else closed.branches(goal, start)
-        complete = closed is not None  # all its postures are known
-        certain = complete and not branches
-        tried = 0
+        certain = known is not None and not known
         hopeless = certain or beyond_reach(chain, goal)
-        if not complete and goal.parts >= HEADING_FREE and not hopeless:
-            tried, found = self.postures_of_hand(start)
-            branches = [*branches, *found]
+        branches, tried = list(known or ()), 0
+        # A hand is met quickest by many short descents that look at no limit: most goals end here.
+        if known is None and goal.parts >= HEADING_FREE and not hopeless:
+            tried, branches = self.postures_of_hand(start)
             if branches and not chain.violations(branches[-1]):
                 return self.account(chain.clamp(branches[-1]), tried)
+        # Descents within the limits come nearest to the goal. They begin near postures that meet
+        # it beyond a limit: the nearest pose is near one of them, and a singular one may share the
+        # turn of two joints in another way, which keeps the limits.
         descent = Descent(chain, goal, first)
-        looks = min(self.starts, 12) if hopeless else self.starts
+        looks = min(self.starts, HOPELESS_STARTS) if hopeless else self.starts
         ends = []
         for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
             tried += 1
@@ -301,10 +313,10 @@ class _Question:
             if self.met(ends[-1]):
                 return self.account(ends[-1], tried)
         best = descent.best([chain.turned(values, start) for values in descent.settle(ends)])
-        if branches:
-            unlimited = _least_broken(chain, branches)
-        else:
-            unlimited = None if hopeless else self.without_limits([best, *ends[:3]])
+        # The goal is missed. A posture that meets it without limits tells which limit is at fault.
+        if not branches and not hopeless:
+            branches = self.without_limits([best, *ends[:3]])
+        unlimited = _least_broken(chain, branches)
         if unlimited is not None and not chain.violations(unlimited):
             return self.account(chain.clamp(unlimited), tried)
         return self.account(best, tried, unlimited, certain=certain)
@@ -328,18 +340,15 @@ class _Question:
                     break
         return tried, found
 
-    def without_limits(self, starts: Sequence[tuple[float, ...]]) -> tuple[float, ...] | None:
-        """Return a posture that meets the goal without limits, to name those that it breaks.
-
-        Of several, the one that breaks them least.
-        """
-        if not any(link.has_limits for link in self.chain.links):
-            return None
+    def without_limits(self, starts: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
+        """Return postures that meet the goal without limits, if the chain has any."""
         free = self.chain.within()
+        if free == self.chain:
+            return []
         descent = Descent(free, self.goal)
-        more = _starts(free, middle(free), 6)
+        more = _starts(free, middle(free), FREE_STARTS)
         ends = [free.turned(descent.meet(start), start) for start in (*starts, *more)]
-        return _least_broken(self.chain, filter(self.met, ends))
+        return list(filter(self.met, ends))
 
 
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
@@ -348,7 +357,7 @@ def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
 
 
 def _least_broken(chain: Chain, postures: Iterable[tuple[float, ...]]) -> tuple[float, ...] | None:
-    """Return the posture that breaks limits least; None of none."""
+    """Return the posture that breaks limits least; None without any."""
     return min(
         postures,
         key=lambda values: sum(one.excess for one in chain.violations(values)),

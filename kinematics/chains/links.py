@@ -73,11 +73,6 @@ class DHLink:
             )
 
     @property
-    def has_limits(self) -> bool:
-        """Whether the joint ends anywhere."""
-        return self.low != -math.inf or self.high != math.inf
-
-    @property
     def bounded(self) -> bool:
         """Whether the joint ends on both sides."""
         return math.isfinite(self.low) and math.isfinite(self.high)

@@ -62,15 +62,14 @@ TIP_NAMES = ("tool0", "tcp", "tool")
 class UrdfArm:
     """An arm as its URDF describes it.
 
-    `chain` leads from the link `base` to the link `tip`. `meshes` are the mesh files of the links.
-    `unused` lists, one sentence each, what the chain leaves out of the URDF or reads differently.
+    `chain` leads from the link `base` to the link `tip`. `unused` lists, one sentence each, what
+    the chain leaves out of the URDF or reads differently.
     """
 
     name: str
     chain: Chain
     base: str
     tip: str
-    meshes: tuple[str, ...]
     unused: tuple[str, ...]
 
 
@@ -97,9 +96,8 @@ def read_urdf(text: str, *, base: str = "", tip: str = "") -> UrdfArm:
     off_mm = _deviation_mm(chain, joints)
     if off_mm > DEVIATION_MM:
         unused.append(f"axes taken as parallel move the tip by some {off_mm:.2g} mm")
-    meshes = tuple(_meshes(robot))
-    unused += _left_out(robot, meshes)
-    return UrdfArm(chain.name, chain, base, path[-1].child, meshes, tuple(unused))
+    unused += _left_out(robot)
+    return UrdfArm(chain.name, chain, base, path[-1].child, tuple(unused))
 
 
 def _tree(text: str) -> ET.Element:
@@ -535,23 +533,19 @@ _KNOWN = {
 _WORDS = {"collision": "collision shapes", "inertial": "masses", "transmission": "transmissions"}
 
 
-def _left_out(robot: ET.Element, meshes: Sequence[str]) -> Iterator[str]:
+def _left_out(robot: ET.Element) -> Iterator[str]:
     counts: Counter[str] = Counter()
     for element in (robot, *robot.findall("link"), *robot.findall("joint")):
         counts.update(child.tag for child in element if child.tag not in _KNOWN[element.tag])
     if counts:
         said = (f"{_WORDS.get(tag, f'<{tag}>')} ({count})" for tag, count in counts.items())
         yield f"not used: {', '.join(said)}"
+    found = (mesh.get("filename") for mesh in robot.iterfind("link/visual/geometry/mesh"))
+    meshes = [name for name in found if name]
     if meshes:
         ros = ", named by package:// paths, which only ROS resolves"
         named = ros if any(mesh.startswith("package://") for mesh in meshes) else ""
         yield f"not drawn: mesh files ({len(meshes)}){named}; the arm is drawn as lines"
-
-
-def _meshes(robot: ET.Element) -> Iterator[str]:
-    for mesh in robot.iterfind("link/visual/geometry/mesh"):
-        if mesh.get("filename"):
-            yield str(mesh.get("filename"))
 
 
 # An arm as URDF text, for other tools: links in m and rad, joints with their limits.

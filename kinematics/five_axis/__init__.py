@@ -36,7 +36,7 @@ from kinematics.five_axis.closed_form import (
 )
 from kinematics.five_axis.nearest import nearest, span_refusal
 from kinematics.frames.rotations import Matrix3
-from kinematics.frames.transforms import Transform, rotation_of
+from kinematics.frames.transforms import rotation_of
 from kinematics.geometry import AXIS_MM, Branch, Hand, NotFollowed, Point, Unreachable
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
@@ -146,10 +146,9 @@ class FiveAxisArm:
         near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
         found = closed_form.inverse(goal, self.lengths, near, facing_rad)
-        base_free = facing_rad is None and math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
         turned = ((name, _turned(raw, self.limits, near)) for name, raw in found)
         return tuple(
-            Branch(name, Joints(angles), _violations(angles, self.limits), base_free)
+            Branch(name, Joints(angles), _violations(angles, self.limits))
             for name, angles in turned
         )
 
@@ -170,10 +169,6 @@ class FiveAxisArm:
             mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
             found = nearest_branch(mirrored, self, near)
         return None if found is None else Joints(found)
-
-    def transform(self, joints: Joints) -> Transform:
-        """Return the hand's frame in the arm's base frame; see `closed_form` for its axes."""
-        return forward_frame(_directions(joints), self.lengths)
 
     def ik(
         self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
@@ -254,8 +249,8 @@ class FiveAxisArm:
         if not branches:
             return span_refusal(pose, self.lengths, instead)
         best = min(branches, key=lambda branch: branch.excess_rad)
-        worst = max(best.violations, key=lambda violation: violation.excess_rad)
-        return Unreachable.by_limit(worst.joint, worst.value_rad, worst.bound_rad, pose, instead)
+        worst = max(best.violations, key=lambda violation: violation.excess)
+        return Unreachable.by_limit(worst.joint, worst.value, worst.bound, pose, instead)
 
 
 def _angles(joints: Joints) -> Angles:

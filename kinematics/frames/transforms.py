@@ -138,7 +138,7 @@ ROTATION_TOLERANCE = 1e-9
 """How far lengths (of 1) and angles (rad) may be off: above rounding, below any arm's accuracy."""
 
 
-def check_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> Matrix3:
+def check_rotation(matrix: Matrix3) -> Matrix3:
     """Return the matrix in floats, or raise `NotARotation` with everything that is wrong.
 
     Numbers of another kind, such as symbols, have no size: a matrix with such entries is returned
@@ -146,13 +146,13 @@ def check_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> Ma
     another shape than three rows of three.
     """
     matrix = finite_matrix(matrix)
-    flaws = tuple(_flaws(matrix, tolerance)) if _are_floats(matrix) else ()
+    flaws = tuple(_flaws(matrix)) if _are_floats(matrix) else ()
     if flaws:
         raise NotARotation(flaws)
     return matrix
 
 
-def check_transform(frame: Transform, tolerance: float = ROTATION_TOLERANCE) -> Transform:
+def check_transform(frame: Transform) -> Transform:
     """Return the transform in floats, or raise an error that says what is wrong with it.
 
     Raises `NotARotation` for its rotation part, `BadNumber` for what is not finite, and
@@ -163,7 +163,7 @@ def check_transform(frame: Transform, tolerance: float = ROTATION_TOLERANCE) -> 
         raise KinematicsError(
             f"the last row of a homogeneous transform is 0, 0, 0, 1, not {rows[3]}"
         )
-    rotation = check_rotation(rotation_of(rows), tolerance)
+    rotation = check_rotation(rotation_of(rows))
     return homogeneous(rotation, _checked_position(position_of(rows)))
 
 
@@ -204,16 +204,16 @@ def _are_floats(rows: Sequence[Sequence[float]]) -> bool:
     return True
 
 
-def _flaws(matrix: Matrix3, tolerance: float) -> Iterator[str]:
+def _flaws(matrix: Matrix3) -> Iterator[str]:
     """Yield every property of rotations that the matrix lacks, in words."""
     named = dict(zip("xyz", columns(matrix), strict=True))
     for name, column in named.items():
         length = norm(column)
-        if abs(length - 1.0) > tolerance:
+        if abs(length - 1.0) > ROTATION_TOLERANCE:
             yield f"column {name} has length {length:.9g} instead of 1"
     for first, second in combinations(named, 2):
         slant = _slant(named[first], named[second])
-        if abs(slant) > tolerance:
+        if abs(slant) > ROTATION_TOLERANCE:
             angle_deg = 90.0 + math.degrees(slant)
             yield f"columns {first} and {second} stand at {angle_deg:.9g}° instead of 90°"
     volume = determinant(matrix)

@@ -62,40 +62,19 @@ class Reading(NamedTuple):
 class GuardViolation:
     """One guard that a posture violates.
 
-    `value_mm` of `quantity` against `bound_mm`; `excess_mm` is the least distance that would free
-    the arm from this guard. `sentence` explains it to a person.
+    `value` of `quantity` against `bound`, both in `unit`: mm, or rad of a sum of joint angles.
+    `excess_mm` is the least distance that would free the arm from this guard. Of a sum it is how
+    far the tip of the stretched arm travels while one joint turns by the excess, which makes it
+    comparable with the guards on distances. `sentence` explains it to a person.
     """
 
     guard: str
     quantity: str
-    value_mm: float
-    bound_mm: float
+    value: float
+    bound: float
     excess_mm: float
     sentence: str
-
-
-@dataclass(frozen=True, slots=True)
-class SumViolation:
-    """A sum of joint angles outside its range.
-
-    `excess_mm` is how far the tip of the stretched arm travels while one joint turns by the excess,
-    which makes it comparable with the guards on distances.
-    """
-
-    guard: str
-    quantity: str
-    value_rad: float
-    bound_rad: float
-    excess_mm: float
-
-    @property
-    def sentence(self) -> str:
-        """The violation in words."""
-        passed = beyond(self.value_rad, self.bound_rad, what="bound")
-        return f"the {self.quantity} would be {joint_text(self.value_rad, 'rad')}, {passed}"
-
-
-Violation = GuardViolation | SumViolation
+    unit: str = "mm"
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,21 +178,17 @@ class Guards:
             links = links_of(arm, self)
         return GuardedArm(self, arm, links)
 
-    def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[Violation, ...]:
+    def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[GuardViolation, ...]:
         """Return every guard that a posture violates."""
         return self.over(arm).violations(joints)
 
-    def violation(self, arm: ArmGeometry, joints: Joints) -> Violation | None:
+    def violation(self, arm: ArmGeometry, joints: Joints) -> GuardViolation | None:
         """Return the guard that a posture violates most, or None."""
         broken = self.violations(arm, joints)
         return deepest(broken) if broken else None
 
-    def depth_mm(self, arm: ArmGeometry, joints: Joints) -> float:
-        """Return how deep a posture is inside the guards; 0 outside all. Leaving decreases it."""
-        return max((one.excess_mm for one in self.violations(arm, joints)), default=0.0)
 
-
-def deepest(broken: Sequence[Violation]) -> Violation:
+def deepest(broken: Sequence[GuardViolation]) -> GuardViolation:
     """Return the deepest of some violations."""
     return max(broken, key=lambda one: one.excess_mm)
 
@@ -226,7 +201,7 @@ class GuardedArm:
     arm: ArmGeometry
     links: Links | None
 
-    def violations(self, joints: Joints) -> tuple[Violation, ...]:
+    def violations(self, joints: Joints) -> tuple[GuardViolation, ...]:
         """Return every guard that a posture violates."""
         return (
             *(
@@ -292,14 +267,22 @@ class GuardedArm:
     def _backwards(self, joints: Joints) -> bool:
         return -math.pi < self.arm.fk(joints).pitch_rad < -math.pi / 2.0 - 1e-9
 
-    def _broken_sums(self, joints: Joints) -> Iterator[SumViolation]:
+    def _broken_sums(self, joints: Joints) -> Iterator[GuardViolation]:
         for one in self.guards.sums:
             value = math.fsum(share * joints[joint] for joint, share in one.shares)
             excess = one.excess_rad(value)
             if excess > 0.0:
-                reach_mm = max(self.arm.levers_mm(None))
-                name = f"range of the {one.name}"
-                yield SumViolation(name, one.name, value, one.bound_rad(value), excess * reach_mm)
+                bound, reach_mm = one.bound_rad(value), max(self.arm.levers_mm(None))
+                passed = beyond(value, bound, what="bound")
+                yield GuardViolation(
+                    f"range of the {one.name}",
+                    one.name,
+                    value,
+                    bound,
+                    excess * reach_mm,
+                    f"the {one.name} would be {joint_text(value, 'rad')}, {passed}",
+                    "rad",
+                )
 
 
 # The arm's links as capsules: against keep-out boxes, the base column, one another.
@@ -323,7 +306,7 @@ _ENDING_AT = {
 }
 """Links named by the point where they end; the others are called after that point."""
 
-Segments = tuple[tuple["Point", "Point"], ...]
+Segments = tuple[tuple[Point, Point], ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from kinematics.geometry import AXIS_MM, ArmGeometry, Unreachable
-from kinematics.guards import BOX, GuardedArm, Guards, Violation
+from kinematics.guards import BOX, GuardedArm, Guards, GuardViolation
 from kinematics.spaces import Joints, Pose
 
 # Ways out of a guard on the arm's links or on a sum of its joints, as poses to try next. The hand
@@ -24,7 +24,7 @@ FURTHEST_MM = 300.0
 
 
 def out_of_box(
-    guarded: GuardedArm, violation: Violation, pose: Pose, joints: Joints
+    guarded: GuardedArm, violation: GuardViolation, pose: Pose, joints: Joints
 ) -> Iterator[Pose]:
     """Yield the poses that take a link out of a box by each of its sides."""
     links = guarded.links
@@ -38,7 +38,7 @@ def out_of_box(
 
 
 def steepest(
-    guarded: GuardedArm, violation: Violation, pose: Pose, joints: Joints
+    guarded: GuardedArm, violation: GuardViolation, pose: Pose, joints: Joints
 ) -> Iterator[Pose]:
     """Yield the pose that leaves a guard in the direction in which its depth decreases fastest."""
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -65,7 +65,7 @@ def distance_mm(a: Pose, b: Pose) -> float:
     return math.dist(a.position_mm, b.position_mm)
 
 
-def _depth_mm(guarded: GuardedArm, violation: Violation, pose: Pose, seed: Joints) -> float:
+def _depth_mm(guarded: GuardedArm, violation: GuardViolation, pose: Pose, seed: Joints) -> float:
     """Return how deep a pose is in one guard; out of reach, as deep as the violation says."""
     try:
         joints = guarded.arm.ik_near(pose, seed)
@@ -182,7 +182,7 @@ class _Search:
         joints = self.arm.solve(pose, self.seed)
         return None if joints is None or self.guarded.violations(joints) else joints
 
-    def _escapes(self, violation: Violation, pose: Pose, joints: Joints) -> Iterator[Pose]:
+    def _escapes(self, violation: GuardViolation, pose: Pose, joints: Joints) -> Iterator[Pose]:
         """Yield the poses that leave one guard by each of its bounds."""
         guards, direction = self.guarded.guards, self._direction()
         if violation.guard == "table":

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry
-from kinematics.guards import GuardedArm, Guards, Violation, deepest
+from kinematics.guards import GuardedArm, Guards, GuardViolation, deepest
 from kinematics.paths.curves import JointPath
 from kinematics.spaces import Joints
 
@@ -36,7 +36,7 @@ def first_violation(
     step_mm: float = STEP_MM,
     *,
     way_out: bool = False,
-) -> tuple[float, Violation] | None:
+) -> tuple[float, GuardViolation] | None:
     """Return where a path of joint motions first violates a guard, or None.
 
     The fraction (0 to 1) in the result is the share of the total travel bound that lies before the
@@ -73,7 +73,7 @@ class _Watch:
         self._depths: dict[Key, float] = {}
         self._room_mm = 0.0
 
-    def begin(self, joints: Joints) -> Violation | None:
+    def begin(self, joints: Joints) -> GuardViolation | None:
         """Start at the first posture; return the worst guard that it violates."""
         self._room_mm = self._guarded.room_mm(joints)
         if self._room_mm >= 0.0:
@@ -82,7 +82,7 @@ class _Watch:
         self._depths = {(one.guard, one.quantity): one.excess_mm for one in broken}
         return deepest(broken)
 
-    def along(self, motion: JointPath, travel_mm: float) -> tuple[float, Violation] | None:
+    def along(self, motion: JointPath, travel_mm: float) -> tuple[float, GuardViolation] | None:
         """Follow one joint motion; return the share at which a guard is first violated.
 
         No point of the arm travels further during it than `travel_mm`.
@@ -104,7 +104,7 @@ class _Watch:
             return None
         return found, deepest(self._guarded.violations(motion.at(found)))
 
-    def _deeper(self, joints: Joints) -> Violation | None:
+    def _deeper(self, joints: Joints) -> GuardViolation | None:
         """Return a guard that is deeper than at the previous sample, or newly violated."""
         broken = self._guarded.violations(joints)
         now = {(one.guard, one.quantity): one.excess_mm for one in broken}

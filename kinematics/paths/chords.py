@@ -1,4 +1,4 @@
-"""Lines and arcs of the tip, and any curve cut into short joint motions.
+"""A straight line of the tip, or any curve, cut into short joint motions.
 
 Units: mm and rad. Between two corners every joint turns in proportion: a chord of the curve in
 joint space, short enough for the accuracy of the tip and for timing. Timing judges how a path bends
@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry, Curve, PathBroken
-from kinematics.paths.curves import arc_between, beginning, straight_line
+from kinematics.paths.curves import straight_line
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
@@ -172,10 +172,6 @@ def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
     return (chords[0].start, *(chord.end for chord in chords))
 
 
-# Paths between postures: straight in the joints; straight in x, y, z, pitch and roll; or an arc of
-# the tip, along which the hand turns in proportion to the sweep. How the via point's pose holds the
-# hand is ignored.
-
 LINE_TOLERANCE_MM = 0.5
 """The default tolerance of a straight line: less than two steps of a TeachMover."""
 
@@ -194,25 +190,3 @@ def line_path(
     may come back, but not go further.
     """
     return corners(smooth(cut(arm, straight_line(arm, start, goal), start, tolerance_mm)))
-
-
-def arc_path(
-    arm: ArmGeometry,
-    start: Joints,
-    via: Pose,
-    goal: Pose,
-    tolerance_mm: float = LINE_TOLERANCE_MM,
-    *,
-    sweep_rad: float | None = None,
-) -> tuple[Joints, ...]:
-    """Return corners, including the start, of an arc through a via point to a pose.
-
-    Pitch and roll (with six joints, the hand's rotation about one axis) go from the start's to the
-    goal's in proportion to the sweep; of `via` only x, y and z are used. With `sweep_rad` the arc
-    ends after that angle instead of at the goal, which then only gives a third point of the circle
-    and the final orientation of the hand; 2 pi is a full circle. Tolerance, posture and
-    `PathBroken` are as for `line_path`. Raises `NoArc` for points in a line, or fewer than three.
-    """
-    follower, tip = beginning(arm, start)
-    arc = arc_between(follower, tip, follower.first, via, goal, sweep_rad)
-    return corners(smooth(cut(arm, arc, start, tolerance_mm)))

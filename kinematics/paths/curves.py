@@ -412,7 +412,10 @@ def straight_line(arm: ArmGeometry, start: Joints, goal: Pose) -> Line:
 def arc_between(
     follower: Follower, tip: Point, hand: Hand, via: Pose, goal: Pose, sweep_rad: float | None
 ) -> Arc:
-    """Return the arc from a tip and a hand; see `arc_path`. Raises `NoArc`."""
+    """Return the arc from a tip and a hand through a point to a pose; see `ArcPart`.
+
+    The hand turns in proportion to the sweep; how `via` holds it is ignored. Raises `NoArc`.
+    """
     middle, end = (each.position_mm for each in (via, goal))
     trace = round_through(tip, middle, end, sweep_rad)
     return HandCurve(follower, trace, (hand, follower.hand(goal, hand)))

@@ -8,7 +8,6 @@
     symbols          symbolic numbers
     efficiency       arithmetic counted
     accuracy         steps, rounding and wrong parameters at the tip
-    exports          the public names
 
 No code that drives an arm imports this package.
 """

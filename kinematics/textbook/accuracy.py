@@ -13,7 +13,6 @@ from operator import mul
 
 from kinematics.five_axis import FiveAxisArm
 from kinematics.frames.matrices import times
-from kinematics.frames.transforms import position_of
 from kinematics.presets import MM_PER_INCH
 from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.transmission import Transmission
@@ -130,7 +129,7 @@ Posed = tuple[FiveAxisArm, Joints]
 
 def _tip_error(model: Posed, true: Posed, cause: str, change: float, unit: str) -> TipError:
     """Return the true tip less the modelled one; pitch and roll by the short way round."""
-    a, b = (position_of(arm.transform(joints)) for arm, joints in (model, true))
+    a, b = (arm.points(joints)[-1] for arm, joints in (model, true))
     offset = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     turn = _difference(true[1].angles_rad, model[1].angles_rad)
     return TipError(cause, change, unit, offset, turn[1] + turn[2] + turn[3], turn[4])

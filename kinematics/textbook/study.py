@@ -15,7 +15,7 @@ from functools import lru_cache
 from types import MappingProxyType
 
 from kinematics.chains.assignment import ZeroPosition, zero_position
-from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import frame_goal
@@ -30,6 +30,7 @@ from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, rotation_of
+from kinematics.limits import LimitViolation
 from kinematics.spaces import Jacobian
 from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, System
@@ -151,7 +152,8 @@ class Subject:
     """An arm as a chain of links, and the named system with closed forms where it is one.
 
     `rows` number the rows of its Jacobian: `kinematics.textbook.study.ROW_NAMES` has their
-    names. `axes` are those that a model file gives instead of links.
+    names. `axes` are those that a model file gives instead of links. `angles` says how joint angles
+    count, if that needs saying, and `unused` what a description holds and the chain does not.
     """
 
     name: str
@@ -161,6 +163,8 @@ class Subject:
     system: System | None
     rows: tuple[int, ...]
     axes: ZeroPosition | None = None
+    angles: str = ""
+    unused: tuple[str, ...] = ()
 
     @property
     def zero(self) -> ZeroPosition:
@@ -170,14 +174,13 @@ class Subject:
 
 def subject_of_system(one: System) -> Subject:
     """Return a named system as a subject."""
-    return Subject(one.name, one.title, one.notes.source, one.chain(), one, own_rows(one))
+    notes, rows = one.notes, own_rows(one)
+    return Subject(one.name, one.title, notes.source, one.chain(), one, rows, angles=notes.angles)
 
 
-def subject_of_chain(
-    name: str, title: str, source: str, chain: Chain, axes: ZeroPosition | None = None
-) -> Subject:
+def subject_of_chain(name: str, title: str, source: str, chain: Chain) -> Subject:
     """Return a chain as a subject: it has a Jacobian, but no closed form."""
-    return Subject(name, title, source, chain, None, chain_rows(chain), axes)
+    return Subject(name, title, source, chain, None, chain_rows(chain))
 
 
 def named_factors(
@@ -229,7 +232,7 @@ class Study:
         return named_factors(chain.base, self.matrices, chain.tool)
 
     @property
-    def violations(self) -> tuple[JointViolation, ...]:
+    def violations(self) -> tuple[LimitViolation, ...]:
         """The joint limits that the posture breaks."""
         return self.subject.chain.violations(self.values)
 

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from kinematics.chains.chain import Chain, JointViolation, table_text
+from kinematics.chains.chain import Chain, table_text
 from kinematics.chains.closed_form import how_solved
 from kinematics.chains.goals import ALL_PARTS, Part
 from kinematics.chains.inverse import Solution, solve_frame_ik
@@ -21,6 +21,7 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import Transform, homogeneous, position_of
+from kinematics.limits import LimitViolation
 from kinematics.text import aligned, counted, plain
 from kinematics.textbook.notation import (
     GREEK,
@@ -172,7 +173,7 @@ def frame_text(frame: Transform) -> list[str]:
     return [f"[ {row} ]" for row in aligned(cells)]
 
 
-def violation_text(violation: JointViolation) -> str:
+def violation_text(violation: LimitViolation) -> str:
     """Say by how much a joint would pass its limit."""
     excess = number_text(violation.excess, violation.unit)
     bound = number_text(violation.bound, violation.unit)

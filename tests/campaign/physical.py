@@ -279,9 +279,7 @@ class Watch:
     def begin(self, command: Command) -> None:
         """Judge motions by this command from now on."""
         arm, joints = self._guarded.arm, self.world.expected_joints
-        command.excess_rad_at_start = {
-            each.joint: each.excess_rad for each in arm.violations(joints)
-        }
+        command.excess_rad_at_start = {each.joint: each.excess for each in arm.violations(joints)}
         command.depth_mm = self.guard_depth_mm(joints)
         if self._command is not None:
             self._earlier_speed, self._earlier_until_s = self._command.speed, self._until_s
@@ -574,15 +572,15 @@ class Watch:
         # if a joint's angle is unknown, so is the tip's place
         depth_mm = 0.0 if free else self.guard_depth_mm(joints)
         if self.missed_orders is not None and self.missed_orders.excuses(time_s):
-            beyond_rad = {each.joint: each.excess_rad for each in violations}
+            beyond_rad = {each.joint: each.excess for each in violations}
             self.missed_orders.allow_excess(command.excess_rad_at_start, beyond_rad, command.speed)
             command.depth_mm = max(command.depth_mm, depth_mm)
         for each in violations:
             off_rad = ROUNDING_RAD + command.speed * self.lost_targets.allowed_rad(
                 each.joint, time_s
             )
-            if each.excess_rad > command.excess_rad_at_start.get(each.joint, 0.0) + off_rad:
-                beyond = math.degrees(each.excess_rad)
+            if each.excess > command.excess_rad_at_start.get(each.joint, 0.0) + off_rad:
+                beyond = math.degrees(each.excess)
                 self._violation(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
         # a guard reports nothing within its tolerance, and the whole depth just beyond it
         began_mm = max(command.depth_mm, self._guarded.guards.tolerance_mm)

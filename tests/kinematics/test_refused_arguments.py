@@ -494,7 +494,6 @@ def test_every_system_reaches_over_its_base_whatever_rounding_leaves_beside_it(n
 def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
     joints = Joints(tuple(value + turns * math.tau for value in (0.3, 0.5, -0.7, 0.2, 0.4)))
     exact = Joints(tuple(map(exactly_wrapped, joints)))
-    assert gap(TEACHMOVER.transform(joints), TEACHMOVER.transform(exact)) < 1e-9
     for arm in (TEACHMOVER, MINI):
         assert arm.fk(joints).pitch_rad == pytest.approx(arm.fk(exact).pitch_rad, abs=1e-12)
         assert gap(arm.points(joints), arm.points(exact)) < 1e-9

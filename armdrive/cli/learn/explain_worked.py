@@ -16,17 +16,14 @@ from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY
 from armdrive.cli.learn.joint_values import frame_view, require_values
 from armdrive.cli.learn.models import (
     branch_view,
-    find_model,
     find_subject,
     given_goal,
     given_joints,
     shown,
     shown_joints,
     solution_view,
-    subject_of,
 )
 from armdrive.cli.presenter import Outcome, Result
-from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest, Refused
 from armdrive.render.canvas import draws_braille
 from armdrive.render.frame_steps import StepDrawing
@@ -85,19 +82,17 @@ def explain_system(options: argparse.Namespace, page: str) -> Outcome:
         return _accuracy(options.joints)
     if page == "--urdf":
         return _urdf(options.system)
-    model = find_model(options.system)
-    subject = subject_of(options.system, model)
+    subject = find_subject(options.system)
     if page == "--axes":
-        return _axes(model, subject, options.convention)
+        return _axes(subject, options.convention)
     if page:
-        return _symbolic(model, subject, latex=page == "--latex")
+        return _symbolic(subject, latex=page == "--latex")
     example = _example(subject, _numbers(options.joints) or None, options.goal)
-    view = example_view(example) | {"angles": model.angles, "unused": list(model.unused)}
-    return Result(view, (*_heading(model), *_lines_of(sections(example))))
+    return Result(example_view(example), (*_heading(subject), *_lines_of(sections(example))))
 
 
 def _urdf(word: str) -> Result:
-    text = urdf_of_chain(find_model(word).chain)
+    text = urdf_of_chain(find_subject(word).chain)
     return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
 
 
@@ -128,19 +123,19 @@ def _example(
         ) from None
 
 
-def _symbolic(model: Model, subject: Subject, *, latex: bool) -> Result:
+def _symbolic(subject: Subject, *, latex: bool) -> Result:
     example = symbolic_example(subject)
-    heading = (f"% {model.title}; {model.source}",) if latex else _heading(model)
+    heading = (f"% {subject.title}; {subject.source}",) if latex else _heading(subject)
     lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
-    about = {"title": model.title, "source": model.source}
+    about = {"title": subject.title, "source": subject.source}
     view = {**about, **symbolic_view(example, latex=latex)}
     return Result(view, (*heading, *lines), verbatim=latex)
 
 
-def _heading(model: Model) -> tuple[str, ...]:
-    said = (("source", model.source), ("angles", model.angles))
+def _heading(subject: Subject) -> tuple[str, ...]:
+    said = (("source", subject.source), ("angles", subject.angles))
     stated = (f"{what}: {words}" for what, words in said if words)
-    return (model.title, *stated, *(f"note: {sentence}" for sentence in model.unused))
+    return (subject.title, *stated, *(f"note: {sentence}" for sentence in subject.unused))
 
 
 def _lines_of(sections: Iterable[ExampleSection], *, comment: bool = False) -> Iterator[str]:
@@ -168,6 +163,8 @@ def example_view(example: Study) -> dict[str, Any]:
         "name": subject.name,
         "title": subject.title,
         "source": subject.source,
+        "angles": subject.angles,
+        "unused": list(subject.unused),
         "figure": "" if system is None else system.figure(),
         "convention": subject.chain.convention.value,
         "links": list(rows_of(subject.chain)),
@@ -253,13 +250,13 @@ def _rows(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
 MOST_COLUMNS, PICTURE_ROWS = 78, 20
 
 
-def _axes(model: Model, subject: Subject, convention: str | None) -> Result:
+def _axes(subject: Subject, convention: str | None) -> Result:
     """Return the steps from the joint axes to frames and link table, with their pictures."""
     chain, zero = subject.chain, subject.zero
     kind = chain.convention if convention is None else Convention(convention)
     found = assign_frames(zero.axes, zero.tool, kind, subject.name)
     steps = assignment_steps(found)
-    heading = (*_heading(model), f"convention: {found.chain.convention.value}")
+    heading = (*_heading(subject), f"convention: {found.chain.convention.value}")
     return Result(axes_view(found, steps), _axes_lines(found, steps, heading))
 
 

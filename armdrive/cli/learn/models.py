@@ -56,17 +56,17 @@ from kinematics.textbook.worked_example import (
 )
 
 
-def find_model(word: str) -> Model:
-    """Return a named system, a model file or the arm of an arm file as a chain of links.
+def find_subject(word: str) -> Subject:
+    """Return a named system, a model file or the arm of an arm file as a subject of study.
 
     Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
     that cannot be used.
     """
-    if is_model_file(word):
-        return _model_of_file(Path(word))
-    found = find_system(word)
-    notes = found.notes
-    return Model(found.name, found.title, notes.source, found.chain(), angles=notes.angles)
+    if not is_model_file(word):
+        return subject_of_system(_system(word))
+    model = _model_of_file(Path(word))
+    subject = subject_of_chain(model.name, model.title, model.source, model.chain)
+    return replace(subject, axes=model.zero, angles=model.angles, unused=model.unused)
 
 
 def _model_of_file(path: Path) -> Model:
@@ -93,23 +93,7 @@ def _model_of_arm(config: ArmConfig, path: Path) -> Model:
     return Model(config.name, config.title, source, arm.chain, unused=unused)
 
 
-def find_subject(word: str) -> Subject:
-    """Return a named system, a model file or the arm of an arm file as a subject of study.
-
-    Raises `BadRequest` for an unknown name, with the nearest one, and `ArmFileError` for a file
-    that cannot be used.
-    """
-    return subject_of(word, find_model(word))
-
-
-def subject_of(word: str, model: Model) -> Subject:
-    """Return the model that a word names as a subject of study."""
-    if is_model_file(word):
-        return subject_of_chain(model.name, model.title, model.source, model.chain, model.zero)
-    return subject_of_system(find_system(word))
-
-
-def find_system(word: str) -> System:
+def _system(word: str) -> System:
     """Return a named system or a built-in arm; raises `BadRequest` with the nearest name."""
     try:
         return system(word)
@@ -180,18 +164,19 @@ def shown_joints(chain: Chain, values: Sequence[float]) -> dict[str, float]:
 
 def fk(options: argparse.Namespace) -> Result:
     """Return the pose of the tip for joint values, and the limits that they violate."""
-    model = find_model(options.model)
-    values = given_joints(model.chain, options.joints)
-    frame = model.chain.fk(values)
-    broken = [violation_text(each) for each in model.chain.violations(values)]
+    subject = find_subject(options.model)
+    chain = subject.chain
+    values = given_joints(chain, options.joints)
+    frame = chain.fk(values)
+    broken = [violation_text(each) for each in chain.violations(values)]
     view = {
-        "model": model.name,
-        "joints": shown_joints(model.chain, values),
+        "model": subject.name,
+        "joints": shown_joints(chain, values),
         **frame_view(frame),
         "violations": broken,
     }
     lines = [
-        f"{model.title}: {joints_text(model.chain, values)}",
+        f"{subject.title}: {joints_text(chain, values)}",
         f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(frame))}",
         *frame_text(frame),
         *(f"but: {sentence}" for sentence in broken),
@@ -218,24 +203,24 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
 
     Raises `Refused` if no posture meets the goal, after yielding the nearest one.
     """
-    model = find_model(options.model)
-    chain = model.chain
+    subject = find_subject(options.model)
+    chain = subject.chain
     goal = _goal(chain, options)
     solution = solve_goal(chain, goal)
-    branches = _branches(options.model, chain, goal, solution)
+    branches = _branches(subject, goal, solution)
     within = [branch.joints for branch in branches if branch.within_limits]
     if within and not solution.ok:  # the numerical solver overlooked it
         solution = solve_goal(chain, goal, within[0])
     found = how_solved(chain)
-    shows_structure = bool(branches) and is_model_file(options.model)
+    shows_structure = bool(branches) and subject.system is None
     view = {
-        "model": model.name,
+        "model": subject.name,
         "structure": found.structure,
         **solution_view(chain, solution),
         "branches": [branch_view(chain, branch) for branch in branches],
     }
     lines = (
-        f"{model.title}, {_count_text(goal, branches)}",
+        f"{subject.title}, {_count_text(goal, branches)}",
         *([f"solved in closed form: {found.structure}"] if shows_structure else []),
         *branch_table(chain.joint_names, [_branch_row(chain, branch) for branch in branches]),
         *(f"solution {one.name} is {one.degenerate}" for one in branches if one.degenerate),
@@ -275,7 +260,7 @@ def _goal(chain: Chain, options: argparse.Namespace) -> Goal:
     return replace(goal, parts=goal.parts - free)
 
 
-def _branches(word: str, chain: Chain, goal: Goal, solution: Solution) -> tuple[NamedBranch, ...]:
+def _branches(subject: Subject, goal: Goal, solution: Solution) -> tuple[NamedBranch, ...]:
     """Return the solutions that closed forms give: a named system's own, or its link table's.
 
     If the goal leaves an angle free, they are those of the frame that the solver found.
@@ -283,10 +268,10 @@ def _branches(word: str, chain: Chain, goal: Goal, solution: Solution) -> tuple[
     whole = goal.parts == ALL_PARTS
     if not (whole or solution.ok):
         return ()
-    if is_model_file(word):
+    named = subject.system
+    if named is None:
         asked = goal if whole else frame_goal(solution.frame)
-        return tuple(_numbered(chain, asked, solution.joints))
-    named = find_system(word)
+        return tuple(_numbered(subject.chain, asked, solution.joints))
     try:
         frame = goal.frame if whole else solution.frame
         found = named.ik(named.goal_of(frame), solution.joints)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Iterator
 
-from armdrive.cli.learn.models import find_model
+from armdrive.cli.learn.models import find_subject
 from armdrive.cli.presenter import Result
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import draws_braille
@@ -47,7 +47,7 @@ def _sketches(options: argparse.Namespace) -> tuple[str, tuple[Sketch, ...]]:
         azimuth = options.azimuth or 0.0
         title = f"{model.title}: reach of the finger tips at pitch {pitch:g}°, azimuth {azimuth:g}°"
         return title, (section_sketch(model.arm, pitch, azimuth),)
-    found = find_model(options.model)
+    found = find_subject(options.model)
     if options.pitch is not None or options.azimuth is not None:
         raise BadRequest(
             "--pitch and --azimuth are for arms of the Mini-mover's build "

@@ -14,7 +14,7 @@ from armdrive.moves import BASE_FRAME, Space
 from armdrive.runtime.position import ArmCoordinates
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry, Unreachable
-from kinematics.guards import Violation
+from kinematics.guards import GuardViolation
 from kinematics.guards.path import first_violation
 from kinematics.paths.curves import LEAP_RAD, largest_turn
 from kinematics.spaces import Joints, Pose
@@ -105,7 +105,7 @@ class Bounds:
             return True
         return self._broken(here, there) is None
 
-    def _broken(self, here: Joints, there: Joints) -> Violation | None:
+    def _broken(self, here: Joints, there: Joints) -> GuardViolation | None:
         for way in ([here, there], [self._whole(here), self._whole(there)]):
             found = first_violation(self._arm, self._guards, way, way_out=True)
             if found is not None:

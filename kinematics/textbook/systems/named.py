@@ -19,7 +19,7 @@ from importlib import resources
 from itertools import product
 from typing import Any
 
-from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.five_axis import FiveAxisArm
@@ -27,7 +27,7 @@ from kinematics.frames.numbers import goal_numbers, numbers
 from kinematics.frames.orientations import RPY, solve_rpy, turn_between
 from kinematics.frames.transforms import Transform, check_transform, position_of, rotation_of
 from kinematics.geometry import AXIS_MM
-from kinematics.limits import wrap
+from kinematics.limits import LimitViolation, wrap
 from kinematics.text import filled
 
 # The texts of the lecture notes, from `notes.toml`: what they say of a system, and their rules.
@@ -146,7 +146,7 @@ class NamedBranch:
     workings: tuple[Quantity, ...] = ()
     free: tuple[str, ...] = ()
     degenerate: str = ""
-    violations: tuple[JointViolation, ...] = ()
+    violations: tuple[LimitViolation, ...] = ()
 
     @property
     def within_limits(self) -> bool:

@@ -521,9 +521,7 @@ def test_a_path_just_above_the_table_never_enters_it(name):
 
 def beyond_deg(arm, joints):
     """How far a posture is beyond the limits."""
-    return max(
-        (math.degrees(each.excess_rad) for each in arm.model.arm.violations(joints)), default=0
-    )
+    return max((math.degrees(each.excess) for each in arm.model.arm.violations(joints)), default=0)
 
 
 A_STEP_DEG = 0.5

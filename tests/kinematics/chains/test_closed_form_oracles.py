@@ -25,7 +25,7 @@ angles = st.tuples(*[st.floats(-3.0, 3.0)] * 6)
 
 def its_robot(chain):
     """The same arm by its axes; EAIK's last frame is not turned."""
-    axes = axes_of(chain, chain.zero)
+    axes = axes_of(chain)
     points = [(0.0, 0.0, 0.0), *map(position_of, axes.frames), position_of(axes.hand)]
     ways = [subtract(points[index + 1], points[index]) for index in range(len(points) - 1)]
     directions = [(frame[0][2], frame[1][2], frame[2][2]) for frame in axes.frames]
@@ -62,7 +62,7 @@ with warnings.catch_warnings():
 @given(values=angles)
 def test_pinocchio_confirms_where_every_posture_holds_the_hand(name, values):
     chain = ARMS[name]
-    axes = axes_of(chain, chain.zero)
+    axes = axes_of(chain)
     model, parent, before = pinocchio.Model(), 0, pinocchio.SE3.Identity()
     for index, frame in enumerate(axes.frames):
         placed = pinocchio.SE3(np.array(frame))

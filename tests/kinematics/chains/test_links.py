@@ -68,11 +68,6 @@ def test_a_parameter_that_is_no_number_is_named(name, value):
         DHLink(**{name: value})
 
 
-def test_only_a_joint_that_ends_has_limits():
-    assert not DHLink().has_limits
-    assert DHLink(low=-1.0).has_limits
-
-
 TYPES = {
     1: lambda a, _: DHLink(a_mm=a),
     2: lambda a, _: DHLink(a_mm=a, alpha_rad=QUARTER),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from kinematics import FiveAxisArm, JointRange, Pose
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import ALL_PARTS, Part, pose_goal
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, pose_goal
 from kinematics.chains.inverse import Reason, solve_frame_ik, solve_goal
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.nearest import nearest
@@ -69,6 +69,20 @@ def test_slides_are_solved_like_turning_joints(values):
     solution = solve_frame_ik(SLIDER, SLIDER.fk(values), parts=frozenset({Part.POSITION}))
     assert solution.ok
     assert distance(position_of(solution.frame), position_of(SLIDER.fk(values))) < 1e-4
+
+
+def test_slides_are_solved_like_turning_joints_for_a_hand_of_any_heading():
+    goal = Goal(SLIDER.fk((0.4, 150.0, 120.0)), (1.0, 0.0, 0.0), HEADING_FREE)
+    solution = solve_goal(SLIDER, goal)
+    assert solution.ok
+    assert position_of(solution.frame) == pytest.approx(position_of(goal.frame), abs=1e-4)
+
+
+def test_a_goal_so_far_away_that_its_square_is_no_number_is_beyond_reach():
+    turret = Chain((DHLink(d_mm=200.0, alpha_rad=math.pi / 2), DHLink(a_mm=150.0)))
+    for x_mm in (1e100, 1e153, 1e200, 1e308):
+        solution = solve_pose_ik(turret, Pose(x_mm, 0.0, 0.0, 0.0))
+        assert solution.reason is Reason.BEYOND_REACH
 
 
 @given(postures(MINI_MOVER, inset=0.95), st.floats(-0.05, 0.05))

@@ -408,7 +408,6 @@ def test_what_is_not_used_is_named(text, said):
 
 def test_an_arm_of_plain_parts_leaves_nothing_to_say():
     assert read_urdf(two()).unused == ()
-    assert read_urdf(two()).meshes == ()
 
 
 # What is refused.

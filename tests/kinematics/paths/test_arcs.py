@@ -23,7 +23,6 @@ from kinematics import (
     PathBroken,
     PosePart,
     Route,
-    arc_path,
     line_path,
     route_sections,
 )
@@ -36,6 +35,13 @@ from kinematics.paths.routes import blend, lay
 
 POINTS = st.tuples(*[st.floats(-400.0, 400.0)] * 3)
 SHARES = st.floats(0.0, 1.0)
+
+
+def arc_path(arm, start, via, goal, tolerance_mm=0.5, *, sweep_rad=None):
+    """The corners of a route of one arc."""
+    route = Route(start, (ArcPart(via, goal, sweep_rad=sweep_rad),))
+    (section,) = route_sections(arm, route, tolerance_mm)
+    return section.corners
 
 
 def off_circle(arc, place):
@@ -166,7 +172,8 @@ def test_a_sweep_must_be_an_angle_forward():
 
 
 def test_an_arc_that_leaves_the_reach_says_where():
-    with pytest.raises(PathBroken, match=r"arc breaks at .* an arc that keeps clear") as broken:
+    words = r"arc of part 1 of the route breaks at .* an arc that keeps clear"
+    with pytest.raises(PathBroken, match=words) as broken:
         arc_path(TEACHMOVER, START, pose(440, 0, 120), pose(250, 100, 120))
     assert broken.value.shape == "arc"
     assert 0.0 < broken.value.fraction < 1.0

@@ -1,7 +1,9 @@
-"""A model file for the commands that read one."""
+"""A model file for the commands that read one, and maps of the reach that are made quickly."""
 
 import pytest
 from chain_files import shown_links
+
+from armdrive.render import sketch
 
 
 @pytest.fixture
@@ -10,3 +12,9 @@ def own(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(shown_links(), encoding="utf-8")
     return str(path)
+
+
+@pytest.fixture(autouse=True)
+def sparse_maps(monkeypatch):
+    """Sample a fiftieth of the postures: a terminal shows no gaps between so many."""
+    monkeypatch.setattr(sketch, "_MAPPED", sketch._MAPPED // 50)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from amounts import every_row
 
-from armdrive.cli.learn.models import find_model, find_subject, given_joints, shown_joints
+from armdrive.cli.learn.models import find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
 from armdrive.registry.arm_files import load_arm
@@ -135,7 +135,7 @@ def test_ik_leaves_pitch_and_roll_free_where_they_are_not_given(call):
 
 
 def example_of(name):
-    chain = find_model(name).chain
+    chain = find_subject(name).chain
     values = example_posture(chain)
     return values, [str(value) for value in shown_joints(chain, values).values()]
 
@@ -190,7 +190,7 @@ def test_ik_prints_every_solution_of_a_named_system(call, name):
     fk = call("fk", "--model", name, *typed, "--json", code=0).json
     x, y, z = map(str, fk["position_mm"])
     found = call("ik", "--model", name, "--x", x, "--y", y, "--z", z, "--json", code=0).json
-    chain = find_model(name).chain
+    chain = find_subject(name).chain
     assert any(
         branch["joints"] == pytest.approx(found["joints"], abs=1e-3) for branch in found["branches"]
     )
@@ -275,7 +275,7 @@ def test_a_model_file_is_read_once(kind, tmp_path, monkeypatch):
     path.write_text(ARM if kind == "arm" else links, encoding="utf-8")
     read = reading.read_text
     monkeypatch.setattr(reading, "read_text", lambda *given: times.append(given) or read(*given))
-    assert find_model(str(path)).name == "lab"
+    assert find_subject(str(path)).name == "lab"
     assert [given[0] for given in times] == [path]
 
 
