@@ -81,8 +81,8 @@ def test_a_point_is_as_far_from_a_circle_as_it_is():
 
 
 def test_stops_are_recognised_on_the_wire():
-    assert stop_latency.is_robko_stop(Host().send(Stop()))
-    assert not stop_latency.is_robko_stop(Host().send(Ping(b"ab")))
+    assert stop_latency.STOPS["robko01"](Host().send(Stop()))
+    assert not stop_latency.STOPS["robko01"](Host().send(Ping(b"ab")))
     assert stop_latency.STOPS["grbl"](b"!?")
 
 

@@ -20,9 +20,14 @@ def _never(_: Bench) -> bool:
     return False
 
 
+CHECK_BYTES = ("robko01", "mks")
+"""The dialects whose messages carry check bytes: their devices ignore a changed message."""
+
+
 def _unchecked(bench: Bench) -> bool:
     """Return whether the device obeys changed numbers: messages and line have no checks."""
-    return not bench.abilities.check_bytes and not (bench.row.can and bench.bus_is_checked)
+    checked_by_bus = bench.row.can and bench.bus_is_checked
+    return not checked_by_bus and bench.row.name not in CHECK_BYTES
 
 
 def _always(_: Bench) -> bool:
