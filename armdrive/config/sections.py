@@ -10,6 +10,7 @@ from typing import Any
 
 from armdrive.abilities import BITS_A_BYTE
 from armdrive.errors import ArmFileError
+from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.tasks import HomeDevice
 from armdrive.text.toml import (
     TomlTable,
@@ -46,8 +47,8 @@ def is_urdf(word: str) -> bool:
     return word.lower().endswith(URDF_ENDINGS)
 
 
-RESERVED_FRAMES = ("base", "tool")
-"""Names of frames that every arm has (motion/resolve.py)."""
+RESERVED_FRAMES = (BASE_FRAME, TOOL_FRAME)
+"""Names of frames that every arm has (motion/frames.py)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +143,10 @@ class MotionSettings:
             )
 
 
-GRIPPER_KINDS = ("stepper", "servo", "output", "none")
+OUTPUT = "output"
+"""The kind of a gripper that a digital output switches: it is open or closed."""
+
+GRIPPER_KINDS = ("stepper", "servo", OUTPUT, "none")
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +176,11 @@ class GripperSettings:
                 f"gripper.max_force_n must be from {self.trip_force_n:g} (gripper.trip_force_n) "
                 f"to 200, not {self.max_force_n:g}"
             )
+
+    @property
+    def commanded(self) -> bool:
+        """Whether the controller moves the fingers on command, and no motor of the arm does."""
+        return self.kind in ("servo", OUTPUT)
 
 
 @dataclass(frozen=True, slots=True)
