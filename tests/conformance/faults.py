@@ -20,9 +20,14 @@ def _never(_: Bench) -> bool:
     return False
 
 
+WITH_CHECK_BYTES = ("robko01", "mks")
+"""The dialects whose messages end in a checksum."""
+
+
 def _unchecked(bench: Bench) -> bool:
     """Return whether the device obeys changed numbers: messages and line have no checks."""
-    return not bench.abilities.check_bytes and not (bench.row.can and bench.bus_is_checked)
+    checked_bus = bench.row.can and bench.bus_is_checked
+    return bench.row.name not in WITH_CHECK_BYTES and not checked_bus
 
 
 def _always(_: Bench) -> bool:
