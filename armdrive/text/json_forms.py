@@ -389,7 +389,7 @@ def schema() -> dict[str, Json]:
             "pose": dict(POSE.schema),
             "joints": dict(JOINTS.schema),
             "status": _object(status),
-            "error": _object(dict.fromkeys(error_view(ArmError("")), TEXT.schema)),
+            "error": _object(dict.fromkeys(error_view(BadArgument("")), TEXT.schema)),
         },
     }
 
