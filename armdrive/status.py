@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from enum import Enum
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
@@ -64,30 +63,30 @@ class LinkStats:
 
 # Scheduling jitter: how late a thread wakes for its deadlines.
 #
-# Deadlines are absolute, so that a late one does not delay the next. A small histogram counts how
-# long after each deadline the thread continued.
+# Deadlines are absolute, so that a late one does not delay the next.
 
-EDGES_S = (
-    20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1.0,
-)  # fmt: skip
-"""Upper ends of the histogram's classes; a last class holds everything later."""
+LATE_S = 5e-3  # a twentieth of the time that a burst lasts
 
 
 @dataclass(frozen=True, slots=True)
 class SchedulingJitter:
-    """How late a thread woke, in s; median and 99th percentile are upper ends of classes."""
+    """How punctually a thread woke: `late` of its deadlines were met more than `LATE_S` late."""
 
     count: int = 0
-    median_s: float = 0.0
-    p99_s: float = 0.0
+    late: int = 0
     worst_s: float = 0.0
+
+    @property
+    def punctual(self) -> bool:
+        """Whether at most one deadline in a hundred was met late."""
+        return self.late <= self.count / 100
 
     def __str__(self) -> str:
         if not self.count:
             return "no deadline has passed"
         return (
-            f"{counted(self.count, 'deadline')}, half met within {_ms(self.median_s)}, 99% within "
-            f"{_ms(self.p99_s)}, the latest {_ms(self.worst_s)} late"
+            f"{counted(self.count, 'deadline')}, {self.late} met more than {_ms(LATE_S)} late, "
+            f"the latest {_ms(self.worst_s)} late"
         )
 
 
@@ -96,33 +95,21 @@ NEVER_WOKEN = SchedulingJitter()
 
 @dataclass(slots=True, eq=False)
 class Lateness:
-    """The histogram of one thread, which alone may change it."""
+    """The deadlines of one thread, which alone may change it."""
 
-    counts: list[int] = field(default_factory=lambda: [0] * (len(EDGES_S) + 1))
+    count: int = 0
+    late: int = 0
     worst_s: float = 0.0
 
     def add(self, late_s: float) -> None:
         """Count a deadline that was met `late_s` late; early ones count as punctual."""
-        late_s = max(late_s, 0.0)
-        self.counts[bisect_left(EDGES_S, late_s)] += 1
+        self.count += 1
+        self.late += late_s > LATE_S
         self.worst_s = max(self.worst_s, late_s)
 
     def view(self) -> SchedulingJitter:
-        """Return a summary of the counts so far."""
-        total = sum(self.counts)
-        if not total:
-            return NEVER_WOKEN
-        half_s, most_s = self._within_s(0.5, total), self._within_s(0.99, total)
-        return SchedulingJitter(total, half_s, most_s, self.worst_s)
-
-    def _within_s(self, share: float, total: int) -> float:
-        """Return the delay within which this share of the deadlines was met."""
-        seen = 0
-        for count, edge_s in zip(self.counts, EDGES_S, strict=False):
-            seen += count
-            if seen >= share * total:
-                return min(edge_s, self.worst_s)
-        return self.worst_s
+        """Return a summary of the deadlines so far."""
+        return SchedulingJitter(self.count, self.late, self.worst_s)
 
 
 def _ms(time_s: float) -> str:
@@ -419,8 +406,7 @@ _JITTER = {
     "type": "object",
     "properties": {
         "deadlines": _COUNT,
-        "median_ms": _NUMBER,
-        "p99_ms": _NUMBER,
+        "late": _COUNT,
         "worst_ms": _NUMBER,
     },
 }
@@ -435,9 +421,8 @@ def _choice(kind: type[Enum]) -> dict[str, Any]:
 
 
 def _jitter_view(jitter: SchedulingJitter) -> dict[str, float]:
-    times_s = {"median_ms": jitter.median_s, "p99_ms": jitter.p99_s, "worst_ms": jitter.worst_s}
-    times_ms = {key: time_s * 1e3 for key, time_s in times_s.items()}
-    return {"deadlines": jitter.count, **_displayed(times_ms)}
+    worst = _displayed({"worst_ms": jitter.worst_s * 1e3})
+    return {"deadlines": jitter.count, "late": jitter.late, **worst}
 
 
 def _trusted_for_s(status: Status) -> float:

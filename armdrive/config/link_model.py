@@ -465,7 +465,7 @@ def _fingers(table: TomlTable, transmission: Transmission, gripper: GripperSetti
         )
     if "fingers" not in table.entries:
         return NO_FINGERS
-    if not transmission.has_gripper and gripper.kind not in ("servo", "output"):
+    if not transmission.has_gripper and not gripper.commanded:
         table.problems.note(
             "[fingers] stands there, but no motor has steps_per_mm to drive them, and gripper.kind "
             'is neither "servo" nor "output"'

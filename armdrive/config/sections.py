@@ -10,6 +10,7 @@ from typing import Any
 
 from armdrive.abilities import BITS_A_BYTE
 from armdrive.errors import ArmFileError
+from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.tasks import HomeDevice
 from armdrive.text.toml import (
     TomlTable,
@@ -46,8 +47,8 @@ def is_urdf(word: str) -> bool:
     return word.lower().endswith(URDF_ENDINGS)
 
 
-RESERVED_FRAMES = ("base", "tool")
-"""Names of frames that every arm has (motion/resolve.py)."""
+RESERVED_FRAMES = (BASE_FRAME, TOOL_FRAME)
+"""Names of frames that every arm has (motion/frames.py)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +143,10 @@ class MotionSettings:
             )
 
 
-GRIPPER_KINDS = ("stepper", "servo", "output", "none")
+OUTPUT = "output"
+"""The kind of a gripper that a digital output switches: it is open or closed."""
+
+GRIPPER_KINDS = ("stepper", "servo", OUTPUT, "none")
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +176,11 @@ class GripperSettings:
                 f"gripper.max_force_n must be from {self.trip_force_n:g} (gripper.trip_force_n) "
                 f"to 200, not {self.max_force_n:g}"
             )
+
+    @property
+    def commanded(self) -> bool:
+        """Whether the controller moves the fingers on command, and no motor of the arm does."""
+        return self.kind in ("servo", OUTPUT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -432,17 +441,11 @@ class GuardSettings:
 ARRAYS = ("boxes", "sums")
 """The arrays of tables in [guards]."""
 
-FOREARM = "forearm_elevation_deg"
-"""Short for the sum that cable arms need: the forearm's angle above the horizontal."""
-
-FOREARM_NAME = "forearm elevation"
-FOREARM_SHARES = (("shoulder", 1.0), ("elbow", 1.0))
-
 
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
     """Return the known guards of an arm with the file's corrections."""
     before = table.problems.count
-    given = table.section(GuardSettings, elsewhere=(FOREARM, *ARRAYS)) or GuardSettings()
+    given = table.section(GuardSettings, elsewhere=ARRAYS) or GuardSettings()
     changed: dict[str, Any] = {
         each.name: value
         for each in fields(given)
@@ -452,7 +455,7 @@ def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:
         boxes = [row.section(Box) for row in table.rows("boxes")]
         changed["boxes"] = tuple(box for box in boxes if box is not None)
         _require_different(table, "keep-out boxes", [box.name for box in changed["boxes"]])
-    if "sums" in table.entries or FOREARM in table.entries:
+    if "sums" in table.entries:
         changed["sums"] = tuple(_sums(table, arm.joint_names))
         _require_different(table, "sums of joints", [one.name for one in changed["sums"]])
     # what does not fit the arm may only follow from what could not be read
@@ -501,15 +504,6 @@ def _fitting(guards: Guards, arm: ArmGeometry) -> Guards:
 
 
 def _sums(table: TomlTable, joints: tuple[str, ...]) -> Iterator[AngleSum]:
-    bounds = table.value(FOREARM, joint_range, None)
-    if bounds is not None:
-        if any(joint not in joints for joint, _ in FOREARM_SHARES):
-            table.problems.note(
-                f"guards.{FOREARM} is for arms with a shoulder and an elbow; this one's joints "
-                f"are {', '.join(joints)}: write [[guards.sums]] with joints = {{ {joints[1]} = 1 "
-                "} and range_deg = [low, high]"
-            )
-        yield AngleSum(FOREARM_NAME, FOREARM_SHARES, bounds.low_rad, bounds.high_rad)
     for row in table.rows("sums"):
         row.allow(["name", "joints", "range_deg"])
         shares = row.by_name("joints", joints, number)

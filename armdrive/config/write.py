@@ -102,7 +102,7 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[TomlSecti
         yield _section(TURNING, ((name, deg) for name, key, deg in backlash if key == TURNING))
     elif transmission is not None:
         yield from _motors(transmission, backlash)
-        if transmission.has_gripper or config.gripper.kind in ("servo", "output"):
+        if transmission.has_gripper or config.gripper.commanded:
             range_mm, speed_mm_s = model.gripper_range_mm, model.gripper_speed_mm_s
             yield _settings("fingers", FingerModel(range_mm, speed_mm_s, model.grip_steps_per_n))
     limits = [[_deg(each.low_rad), _deg(each.high_rad)] for each in model.arm.limits]

@@ -222,18 +222,10 @@ class PositionMismatch(DeviceFault):
 class ProgramHalfWritten(DeviceFault):
     """A program was not written completely to the arm's own memory, or reads back differently.
 
-    `written` are the numbers of the rows that are in the arm; `doubtful` those that may be there,
-    or read back differently. All other rows are unchanged.
+    The message names the rows that are in the arm, and those that may be. All others are unchanged.
     """
 
     code = "E505"
-
-    def __init__(
-        self, message: str, *, written: tuple[int, ...], doubtful: tuple[int, ...]
-    ) -> None:
-        self.written = written
-        self.doubtful = doubtful
-        super().__init__(message)
 
 
 class LinkError(ArmError):

@@ -450,19 +450,28 @@ TURNING_ROUND = "the arm stopped while reversing, so the backlash may or may not
 Way = tuple[ArmCoordinates, float]
 """An unrounded point, and the least time to get there."""
 
+LONGEST_STILL_S = 0.5
+"""The longest way without a step that is drawn at once.
+
+Of a motion that is slower, the way to the next step may take hours: to draw all of it would keep
+the engine busy for seconds.
+"""
+
 
 class StreamedCourse:
     """The segments of one motion: absolute targets, rounded once, drawn as the device has room.
 
     A pause ends the segments. `exhausted` is true if the whole way was drawn before that, and
-    `left` is the rest of a segment that the pause has interrupted. `slow_s` of the `total_s` of
-    motion are slower than the device can turn its motors without stopping in between.
+    `left` is the rest of a segment that the pause has interrupted. A way of `LONGEST_STILL_S`
+    without a step ends them too: then the caller waits for `still_s`, and goes on. `slow_s` of the
+    `total_s` of motion are slower than the device can turn its motors without stopping in between.
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
         self.end: ArmCoordinates | None = core.position.coordinates
         self.left: Way | None = None
         self.exhausted = False
+        self.still_s = 0.0
         self.deviation_mm = 0.0
         self.slow_s = self.total_s = 0.0
         self._core = core
@@ -489,12 +498,20 @@ class StreamedCourse:
             steps, self.end = target - self._at, there
             if not steps.largest:
                 waited_s += duration_s
+                if waited_s > LONGEST_STILL_S:
+                    self._stand_for(waited_s)
+                    return
                 continue
             duration_s, waited_s = duration_s + waited_s, 0.0
             self._at = target
             self._low = Motors(map(min, self._low, target))
             self._high = Motors(map(max, self._high, target))
             yield from self._drawn(steps, steps.largest / duration_s)
+
+    def _stand_for(self, time_s: float) -> None:
+        """End the segments for a time in which no motor makes a step."""
+        self.still_s = time_s
+        self.total_s, self.slow_s = self.total_s + time_s, self.slow_s + time_s
 
     def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
         """Yield the segment for some steps, with the backlash of reversing motors."""

@@ -144,7 +144,7 @@ def write_program(
         after = yield from read_program(context)
     except ArmError as error:
         raise _half(error, written, missing) from error
-    _compare(rows, before, after, written)
+    _compare(rows, before, after)
     return len(missing)
 
 
@@ -175,19 +175,14 @@ def _asked(context: MotionContext, request: ReadProgram | WriteRow) -> TaskBody[
     return reply
 
 
-def _compare(
-    rows: Sequence[Row], before: Sequence[Row], after: Sequence[Row], written: list[int]
-) -> None:
+def _compare(rows: Sequence[Row], before: Sequence[Row], after: Sequence[Row]) -> None:
     """Raise unless the memory holds its previous rows and the written ones."""
     wanted = {row[0]: row for row in (*before, *rows)}
     found = {row[0]: row for row in after}
     wrong = tuple(n for n in sorted(wanted | found) if wanted.get(n) != found.get(n))
     if wrong:
-        good = tuple(number for number in written if number not in wrong)
         raise ProgramHalfWritten(
-            f"the arm's memory differs from what was written: {named_rows(wrong)}. Write again",
-            written=good,
-            doubtful=wrong,
+            f"the arm's memory differs from what was written: {named_rows(wrong)}. Write again"
         )
 
 
@@ -205,9 +200,7 @@ def _half(error: ArmError, written: list[int], missing: Sequence[Row]) -> ArmErr
         f"the program was not written completely: {is_in}{doubt}{old}. To complete it, {remedy}. "
         f"The cause: {error}"
     )
-    if isinstance(error, Stopped):
-        return Stopped(words)
-    return ProgramHalfWritten(words, written=tuple(written), doubtful=under_way)
+    return (Stopped if isinstance(error, Stopped) else ProgramHalfWritten)(words)
 
 
 def named_rows(numbers: Sequence[int]) -> str:

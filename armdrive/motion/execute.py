@@ -86,6 +86,11 @@ def stream_legs(
         segments = course.segments()
         request = MoveAlong(segments, ahead_s, jog, released or never, held_back=_HeldBack(context))
         driven = yield from context.stream(request, course)
+        if driven and course.still_s:
+            yield SleepUntil(context.now_s + course.still_s)
+            if context.stopping or (released is not None and released()):
+                return False
+            continue
         # after a pause, continue with the piece that it cut off, then with all that was not drawn
         if course.left is not None:
             ways = chain((course.left,), ways)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from armdrive.config.sections import OUTPUT
 from armdrive.errors import BadRequest, DeviceFault, Refused
 from armdrive.motion.context import MotionContext
 from armdrive.motion.execute import Moved, drive_legs, in_motion, report
@@ -19,9 +20,6 @@ from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.tasks import Done, SetGripper, SleepUntil, TaskBody
 
 FINE_STEPS = 2  # of the closing that measures the object: 0.14 mm on a TeachMover
-
-SERVO, OUTPUT = "servo", "output"
-"""Kinds of grippers in the arm file that are commanded rather than stepped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +40,7 @@ NOTHING_MM = 1.0  # if the switch trips at this opening or less, the fingers hav
 
 def require_gripper(core: Core) -> None:
     """Raise `Refused` for an arm without a driven gripper."""
-    if not core.transmission.has_gripper and core.config.gripper.kind not in (SERVO, OUTPUT):
+    if not core.transmission.has_gripper and not core.config.gripper.commanded:
         raise Refused(
             f"the {core.config.title} has no gripper motor: if the arm has one, add a motor with "
             "steps_per_mm to its arm file; for a servo or an output, set gripper.kind"

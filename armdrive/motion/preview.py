@@ -337,11 +337,6 @@ class Preview:
         """The smallest margin of a joint."""
         return self.margins[0] if self.margins else None
 
-    @property
-    def clearance(self) -> Clearance | None:
-        """The smallest clearance of a guard."""
-        return self.clearances[0] if self.clearances else None
-
     def __str__(self) -> str:
         refused = [] if self.refusal is None else [f"refused: {self.refusal}"]
         return "\n".join([*preview_lines(self), *refused])

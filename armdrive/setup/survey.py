@@ -317,9 +317,6 @@ PERIOD_S = 0.01
 DEADLINES = 60
 """More than half a second of deadlines, ten times as dense as bursts are sent."""
 
-LATE_S = 5e-3
-"""One deadline in a hundred may be this late: a burst lasts about 100 ms."""
-
 
 def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
     """Return how late a thread woke for a series of deadlines."""
@@ -336,7 +333,7 @@ def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> S
 def of_jitter(scheduling_jitter: SchedulingJitter) -> Finding:
     """Return whether this computer is punctual enough to drive an arm smoothly."""
     what = f"scheduling delays of this computer: {scheduling_jitter}"
-    if scheduling_jitter.p99_s <= LATE_S:
+    if scheduling_jitter.punctual:
         return ok(what)
     return note(
         what,

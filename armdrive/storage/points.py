@@ -28,6 +28,13 @@ NAME = r"[A-Za-z][A-Za-z0-9_-]{0,39}"
 SAME_OPENING_MM = 1.0
 """Fingers whose opening changes by less than this between two places need no step of their own."""
 
+
+def _is_storable(note: object) -> bool:
+    """Return whether a file can hold a note: an argument that is not UTF-8 has lone surrogates."""
+    return isinstance(note, str) and not any("\ud800" <= each <= "\udfff" for each in note)
+
+
+_NOTE = rules.expected("text that a file can hold", "", _is_storable)
 _JOINTS = rules.made_of(Joints, "joint angles", "arm.joints")
 _DATE = rules.made_of((datetime, NoneType), "a date and a time", "datetime.now()")
 
@@ -44,6 +51,7 @@ class Point:
     def __post_init__(self) -> None:
         _JOINTS("joints", self.joints)
         rules.text("note", self.note)
+        _NOTE("note", self.note)
         _DATE("taught", self.taught)
         if self.opening_mm is not None:
             object.__setattr__(self, "opening_mm", checked_number("opening_mm", self.opening_mm))

@@ -13,6 +13,7 @@ from typing import Any, Generic, TypeVar
 
 from armdrive.errors import ArmError, BadArgument
 from armdrive.errors.kinematic import checked_number, refusal_of
+from armdrive.errors.table import error_view
 from armdrive.moves import (
     BASE_FRAME,
     LENGTHS,
@@ -376,8 +377,6 @@ _SPACE: Form[Space] = Form(
 
 # The schema of all forms.
 
-ERROR_KEYS = ("code", "title", "message", "effect", "remedy")
-
 
 def schema() -> dict[str, Json]:
     """Return the JSON schema of what armdrive reads and writes, one definition for each form."""
@@ -390,7 +389,7 @@ def schema() -> dict[str, Json]:
             "pose": dict(POSE.schema),
             "joints": dict(JOINTS.schema),
             "status": _object(status),
-            "error": _object(dict.fromkeys(ERROR_KEYS, TEXT.schema)),
+            "error": _object(dict.fromkeys(error_view(BadArgument("")), TEXT.schema)),
         },
     }
 

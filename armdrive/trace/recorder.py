@@ -131,12 +131,11 @@ LONGEST_TEXT = 400  # characters kept of an argument list or an error
 class RecordingWriter:
     """Writes recordings in threads of their own, so that a slow disk delays no motion.
 
-    `written` lists the files, `trouble` is the reason of the last failure.
+    `trouble` is the reason of the last failure.
     """
 
     def __init__(self, folder: Path | None) -> None:
         self.folder = folder
-        self.written: list[Path] = []
         self.trouble = ""
         self._threads: list[threading.Thread] = []
         self._lock = threading.Lock()
@@ -161,7 +160,6 @@ class RecordingWriter:
             header = header_of(config, link=link, why=why, began=began)
             target = path or free_path(self.folder, header)
             write_recording(target, header, entries, most=self.folder)
-            self.written.append(target)
         return target
 
     def start(self, write: Callable[[Path | None], Path]) -> None:

@@ -20,14 +20,14 @@ def _never(_: Bench) -> bool:
     return False
 
 
-CHECK_BYTES = ("robko01", "mks")
-"""The dialects whose messages carry check bytes: their devices ignore a changed message."""
+WITH_CHECK_BYTES = ("robko01", "mks")
+"""The dialects whose messages end in a checksum."""
 
 
 def _unchecked(bench: Bench) -> bool:
     """Return whether the device obeys changed numbers: messages and line have no checks."""
-    checked_by_bus = bench.row.can and bench.bus_is_checked
-    return not checked_by_bus and bench.row.name not in CHECK_BYTES
+    checked_bus = bench.row.can and bench.bus_is_checked
+    return bench.row.name not in WITH_CHECK_BYTES and not checked_bus
 
 
 def _always(_: Bench) -> bool:

@@ -160,7 +160,7 @@ def bus_motors(config: ArmConfig, section: str, ids: Sequence[int]) -> BusMotors
             f"{port} is not a CAN adapter, but these drives are on a CAN bus: write the port as "
             "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
         )
-    if config.gripper.kind in ("servo", "output"):
+    if config.gripper.commanded:
         raise Refused(
             f'gripper.kind is "{config.gripper.kind}", but these drives have no such output: use '
             '"stepper" if a drive moves the fingers, or "none"'

@@ -44,7 +44,7 @@ from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
-from armdrive.tasks import MoveAlong, TaskBody
+from armdrive.tasks import MoveAlong, SleepUntil, TaskBody
 from kinematics.errors import KinematicsError, suggestion
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints, Pose
@@ -231,6 +231,8 @@ def held_stream(context: MotionContext, course: JogCourse) -> TaskBody[bool]:
         MoveAlong(streamed.segments(), ahead_s, jog=True, released=released), streamed
     )
     course.stand()
+    if streamed.still_s:
+        yield SleepUntil(context.now_s + streamed.still_s)
     if ended is not None:
         _give_up(context, ended)
     return is_held(context)

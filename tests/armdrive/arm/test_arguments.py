@@ -486,6 +486,7 @@ def test_a_wrong_argument_is_a_type_error_as_well():
         (lambda: PathMove(LinePart(A_POSE)), "parts must be a list of parts, not LinePart"),
         (lambda: Point("pick"), "joints must be joint angles, not 'pick'"),
         (lambda: Point(HOME, note=5), "note must be text, not 5"),
+        (lambda: Point(HOME, note="\udcff"), "note must be text that a file can hold, not"),
         (lambda: Point(HOME, taught="now"), "taught must be a date and a time, not 'now'"),
         (lambda: PendantProgram("rows"), "rows must be the rows of a program, not 'rows'"),
         (lambda: SimulatedClock("noon"), "now_s must be a finite number, not 'noon'"),

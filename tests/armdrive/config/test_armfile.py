@@ -427,7 +427,7 @@ PROBLEMS = [
      ["boxes[1].min_mm must have 3 entries, not 2"]),
     ("[[guards.boxes]]\n" + BOX.replace("230", "150"), ["needs a x of min_mm below"]),
     (("[[guards.boxes]]\n" + BOX) * 2, ["different names, not vice, vice"]),
-    ("[guards]\nforearm_elevation_deg = [10, 0]", ["must be below the second"]),
+    (SUM.replace("[0, 1]", "[10, 0]"), ["must be below the second"]),
     ("[[guards.sums]]\njoints = { elbow = 1 }", ["sums[1].range_deg must be a pair"]),
     ("[[guards.sums]]\nrange_deg = [0, 1]", ["guards.sums[1] needs joints"]),
     (SUM.replace("elbow", "ellbow"), ["did you mean 'elbow'", "needs joints"]),
@@ -541,11 +541,14 @@ tolerance_mm = 0.5
 radii_mm = [35, 30, 25]
 base_radius_mm = 40
 base_top_mm = 120
-forearm_elevation_deg = [-110, 45]
 [[guards.boxes]]
 name = "vice"
 min_mm = [150, -60, 0]
 max_mm = [230, 60, 60]
+[[guards.sums]]
+name = "forearm elevation"
+joints = { shoulder = 1, elbow = 1 }
+range_deg = [-110, 45]
 [[guards.sums]]
 name = "cable"
 joints = { base = 1, wrist_roll = -0.5 }
@@ -614,15 +617,6 @@ def test_an_arm_of_a_model_file_has_boxes_and_sums_of_its_own_joints(tmp_path):
     assert config.model.guards.boxes[0].name == "vice"
     assert config.model.guards.sums[0].name == "shoulder + elbow"
     assert config.model.guards.inner_radius_mm is None
-
-
-def test_the_forearms_elevation_is_for_arms_that_have_a_forearm(tmp_path):
-    with pytest.raises(ArmFileError, match=r"write \[\[guards.sums\]\]"):
-        read_guards({"forearm_elevation_deg": [0, 1]}, _Joints(), Guards())
-
-
-class _Joints:
-    joint_names = ("waist", "bend")
 
 
 def test_the_page_about_guards_shows_a_file_that_is_read():

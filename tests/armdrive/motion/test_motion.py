@@ -4,6 +4,7 @@ import math
 import random
 import re
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from amounts import amount, every_row
@@ -148,6 +149,10 @@ def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
     ) == (arm.status.acknowledged)
 
 
+def declared(arm, opening_mm):
+    arm.reference.declare(arm.joints, opening_mm=opening_mm)
+
+
 @every_row(
     "call, name, words",
     [
@@ -156,6 +161,10 @@ def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
         (lambda arm: arm.move_j(shoulder_deg=-30, elbow_deg=-60), "table", "below the table"),
         (lambda arm: arm.gripper.open(80.0), "gripper", "0 to 76 mm"),
         (lambda arm: arm.gripper.close(-1.0), "gripper", "0 to 76 mm"),
+        *(
+            (partial(declared, opening_mm=opening_mm), "gripper", "0 to 76 mm")
+            for opening_mm in (-200.0, 200.0, 1e308)
+        ),
     ],
 )
 def test_limits_and_guards_refuse_before_the_first_byte_and_name_the_bound(call, name, words):

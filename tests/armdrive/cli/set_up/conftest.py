@@ -13,7 +13,7 @@ from armdrive.status import SchedulingJitter
 @pytest.fixture
 def _punctual(monkeypatch):
     """Make the doctor find the computer punctual at once, however busy it is with tests."""
-    monkeypatch.setattr(doctor, "measured_jitter", lambda: SchedulingJitter(60, 1e-4, 2e-4, 3e-4))
+    monkeypatch.setattr(doctor, "measured_jitter", lambda: SchedulingJitter(60, 0, 3e-4))
 
 
 @pytest.fixture

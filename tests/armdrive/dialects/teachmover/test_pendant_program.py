@@ -109,8 +109,6 @@ def test_the_rows_of_a_full_memory_are_read_whole():
 def test_a_full_memory_says_which_rows_are_in_it():
     with Arm.connect("sim:teachmover") as arm, pytest.raises(ProgramHalfWritten) as caught:
         arm.controller.write_program(program(*range(1, 53)))
-    assert caught.value.written == tuple(range(1, 51))
-    assert caught.value.doubtful == (51,)
     assert "rows 1 to 50 in the arm, row 51 perhaps; row 52 as before" in str(caught.value)
 
 
@@ -158,9 +156,8 @@ def test_a_row_that_came_otherwise_into_the_arm_is_named(arm):
     other = ProgramRow.move(2, 10, (0,) * 6)
     line = b"@QWRITE " + b",".join(b"%d" % word for word in other.words) + b"\r"
     arm.twin.link.to.append(Rule(b"@QWRITE 2,", instead(line), times=1))
-    with pytest.raises(ProgramHalfWritten, match="differs from what was written") as caught:
+    with pytest.raises(ProgramHalfWritten, match=r"differs from what was written: row 2\."):
         arm.controller.write_program(program(1, 2, 3))
-    assert (caught.value.written, caught.value.doubtful) == ((1, 3), (2,))
 
 
 def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
@@ -169,8 +166,7 @@ def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
     link.on_write = lambda data: link.cut() if data.startswith(b"@QWRITE 3,") else None
     with pytest.raises(ProgramHalfWritten) as caught, arm:
         arm.controller.write_program(program(1, 2, 3, 4, 5))
-    assert caught.value.written == (1, 2)
-    assert caught.value.doubtful == (3,)
+    assert "rows 1 to 2 in the arm, row 3 perhaps; rows 4 to 5 as before" in str(caught.value)
     assert isinstance(caught.value.__cause__, LinkLost)
     assert "plug in" in str(caught.value)
 
@@ -179,7 +175,7 @@ def test_an_arm_that_falls_silent_in_the_middle_is_given_up_and_the_rows_named(a
     arm.twin.link.to += [Rule(b"@QWRITE 2,", lost, times=99), Rule(b"@READ", lost, times=99)]
     with pytest.raises(ProgramHalfWritten) as caught:
         arm.controller.write_program(program(1, 2, 3))
-    assert caught.value.written == (1,)
+    assert "row 1 in the arm, row 2 perhaps; row 3 as before" in str(caught.value)
     assert isinstance(caught.value.__cause__, NoAnswer)
     assert arm.status.state is State.ERROR_STOP
 

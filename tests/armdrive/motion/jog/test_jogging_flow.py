@@ -10,6 +10,7 @@ from jog_bench import Ground, trials
 from armdrive import Arm, Jog
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, WrongState
 from armdrive.moves import JogMove, JointMove
+from armdrive.runtime.position import ArmCoordinates
 from armdrive.status import Evidence, State, Trust
 from kinematics import Joints
 
@@ -94,6 +95,31 @@ def test_an_increment_may_take_as_long_as_it_needs(known):
     arm.jog_j(base_deg=70.0, speed=0.005)
     assert arm.status.time_s - began_s > 620.0
     assert arm.twin.world.joints.deg["base"] - before_deg == pytest.approx(70.0, abs=0.1)
+
+
+SLOWEST = {
+    "hold": lambda arm, speed: arm.jog_j(base=1e-5, speed=speed, duration_s=3.0),
+    "increment": lambda arm, speed: arm.start(JogMove(Jog.joint(base=1.0), 1e-5 * speed)),
+    "move": lambda arm, speed: arm.start(JointMove({"base_deg": 1.0}, 1e-5 * speed)),
+}
+
+
+@pytest.mark.parametrize("call", SLOWEST)
+def test_a_motion_of_less_than_a_step_an_hour_does_not_keep_the_program_busy(call, monkeypatch):
+    """As of a stick that is a hair off its middle: all of the way up to the next step was drawn."""
+    drawn = []
+    motors = ArmCoordinates.motors
+    noted = lambda there, transmission: drawn.append(there) or motors(there, transmission)  # noqa: E731
+    monkeypatch.setattr(ArmCoordinates, "motors", noted)
+    arm = driven(arm_config("grbl"))
+    began_s, before = arm.status.time_s, arm.twin.world.motors
+    SLOWEST[call](arm, 0.05)
+    arm.sleep(3.0)
+    arm.stop()
+    assert arm.status.time_s - began_s == pytest.approx(6.0 if call == "hold" else 3.0, abs=1.5)
+    assert len(drawn) < 1000
+    assert arm.twin.world.motors == before
+    arm.move_j(base_deg=arm.joints.deg["base"] + 1.0)
 
 
 def test_at_most_one_increment_waits_behind_the_one_under_way():
