@@ -41,7 +41,6 @@ OVERTRAVEL = 1.1
 """A motor that homes turns by at most this share of its range. One that turns farther finds no
 switch."""
 
-
 HOMING_MARGIN_S = 5.0
 """A device that homes is awaited for this much longer than its homing lasts: ramps that it does not
 report, and lost or late reports. A search that passes its switch is ended sooner, by the device or
