@@ -24,9 +24,9 @@ from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import (
     PADDING,
     Alarm,
-    Answer,
     Banner,
     Error,
+    HostMessage,
     Info,
     Ok,
     Remark,
@@ -236,7 +236,7 @@ class Host(LineHost[Event]):
     def _interpret_early(self, line: bytes) -> Event:
         return self._event(decode_answer(line), early=True)
 
-    def _event(self, answer: Answer | WordedError | WordedAlarm, *, early: bool) -> Event:
+    def _event(self, answer: HostMessage, *, early: bool) -> Event:
         match answer:
             case Ok() | Error() | WordedError():
                 return Stray(answer) if early else self._answered(answer)

@@ -201,7 +201,7 @@ class BoardState:
                 return self._learn_restart(message, now_s)
             case BuildInfo():
                 self._learn_build(message)
-            case AxesInfo(_, letters):
+            case AxesInfo(letters):
                 self._learn_axes("".join(dict.fromkeys(letters)))
             case Version(version):
                 self.firmware = version

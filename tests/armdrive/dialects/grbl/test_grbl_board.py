@@ -841,8 +841,9 @@ def test_no_reported_buffer_size_blocks_a_motion_forever(ring):
     assert arm.twin.world.motors == arm.status.read_back
 
 
-def test_a_letter_that_was_damaged_is_asked_for_again():
-    arm = over(Rule(rb"\[AXS", instead(b"[AXS:6:XYZABV]\r\n")), firmware="mega5x")
+@pytest.mark.parametrize("letters", [b"XYZABV", b"XYZABQ", b""])
+def test_axis_letters_that_were_damaged_are_asked_for_again(letters):
+    arm = over(Rule(rb"\[AXS", instead(b"[AXS:6:" + letters + b"]\r\n")), firmware="mega5x")
     assert arm.status.state is State.STANDBY
 
 
