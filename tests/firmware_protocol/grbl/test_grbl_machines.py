@@ -172,7 +172,7 @@ def test_codes_above_grbls_mean_what_the_firmware_says():
     assert len(texts) == 3
 
 
-def test_the_firmware_is_found_out():
+def test_a_host_learns_the_firmware():
     host = grbl.Host(SIX_AXES)
     heard(host, b"GrblHAL 1.1f ['$' or '$HELP' for help]\r\n")
     assert host.dialect.variant is grbl.Variant.GRBLHAL
