@@ -1,6 +1,8 @@
-"""A board's answers and messages: ok, errors, alarms, banners, settings, build info.
+"""A board's answers and messages: ok, errors, alarms, banners, settings, reports.
 
-Fields are checked when a message is built; each message can format its line.
+`decode_answer` chooses a reader by the start of a line; a damaged line raises
+`RemoteProtocolError`. Those that a simulated board sends can also be written (`line`). `ok` and
+`error` answer a line of the host; everything else may come at any time.
 """
 
 from __future__ import annotations
