@@ -29,9 +29,11 @@ from armdrive.dialects.recognition import Probe, Recogniser, Risk, in_safe_order
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
-from firmware_protocol.armdroid.endpoints import MEANT
+from firmware_protocol.armdroid import ANSWER_TO
 
 QUICK_BAUD, SLOW_BAUD = 115_200, 9600
+MEANT = {*b"0123456789-,", *map(ord, ANSWER_TO)}
+"""Every byte that an Armdroid's sketch does not ignore."""
 
 
 CASES = [(dialect, state) for dialect in SPOKEN for state in PREPARED[dialect]]
