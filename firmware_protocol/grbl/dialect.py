@@ -13,7 +13,7 @@ from enum import StrEnum
 from string import Formatter
 from typing import overload
 
-from firmware_protocol.errors import BadField, whole
+from firmware_protocol.errors import BadField
 from firmware_protocol.fields import Rule, message, row_of
 
 AXIS_LETTERS = "XYZABCUVW"
@@ -116,10 +116,6 @@ coordinates = row_of(
 """The rule of at least one coordinate."""
 
 
-LINE_CHARACTERS_MAX = 1024
-RING_BYTES_MAX = 1 << 16
-
-
 class Variant(StrEnum):
     """The firmware. grbl-Mega-5X identifies itself as GRBL."""
 
@@ -163,9 +159,6 @@ class Dialect:
             raise BadField("axes", axes, f"letters out of {AXIS_LETTERS}")
         if len(set(axes)) != len(axes):
             raise BadField("axes", axes, "letters that differ from one another")
-        whole("max_line", self.max_line, 1, LINE_CHARACTERS_MAX)
-        if self.ring_bytes is not None:
-            whole("ring_bytes", self.ring_bytes, 2, RING_BYTES_MAX)
 
 
 GRBL = Dialect()

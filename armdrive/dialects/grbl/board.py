@@ -32,7 +32,6 @@ from firmware_protocol.grbl import (
     Variant,
     Version,
 )
-from firmware_protocol.grbl.dialect import RING_BYTES_MAX
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
 
@@ -275,8 +274,8 @@ class BoardState:
             self.blocks = min(BLOCKS_328P, build.blocks)
         # a damaged number might never leave room for a line
         ring = build.rx_bytes or 0
-        plausible = SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX
-        self._host.dialect = replace(self._host.dialect, ring_bytes=ring if plausible else None)
+        known = ring if ring >= SMALLEST_RING_BYTES else None
+        self._host.dialect = replace(self._host.dialect, ring_bytes=known)
 
     # -- what is known ------------------------------------------------------------------------
 
