@@ -135,7 +135,7 @@ class ScriptRunner(ABC, Generic[H]):
     ) -> None:
         self.abilities = abilities
         self.io = io or ScriptIO(self.unsolicited)
-        self._loop = ScriptLoop(codec, self.io, self.unsolicited)
+        self._loop = ScriptLoop(codec, self.io)
 
     @property
     def last_said(self) -> str:
