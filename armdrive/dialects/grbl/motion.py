@@ -360,7 +360,6 @@ class GrblHoming:
     exchange: GrblExchange
     board: BoardState
     contact: GrblContact
-    settings: GrblSettings
     letters: str
     time_of: Callable[[Home], HomingTime]
     """How long a homing command lasts."""

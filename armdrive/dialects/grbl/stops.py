@@ -46,9 +46,9 @@ class GrblOutputs:
     `reported` that a status report shows the state of that output.
     """
 
-    def __init__(self, exchange: GrblExchange, settings: GrblSettings, gripper: str) -> None:
+    def __init__(self, exchange: GrblExchange, gripper: str) -> None:
         self._exchange = exchange
-        self._settings = settings
+        self._settings = settings = exchange.settings
         self._gripper = gripper
         self._bits: int | None = None
         self._share: float | None = None
