@@ -386,10 +386,10 @@ def test_every_motor_homes_on_a_board_whose_own_homing_leaves_out_two():
 
 
 @pytest.mark.parametrize(
-    ("firmware", "least_s"), [("mega5x", 100.0), ("grblhal", 300.0), ("fluidnc", 60.0)]
+    ("firmware", "least_s"), [("mega5x", 30.0), ("grblhal", 200.0), ("fluidnc", 30.0)]
 )
 def test_a_board_that_homes_slowly_has_the_time_that_its_settings_give(firmware, least_s):
-    made = with_device(homing_config(ONE_BY_ONE), homing_s=1.0)
+    made = with_device(homing_config(((1,),)), homing_s=1.0)
     twin = simulate(made, firmware=firmware)
     twin.board.settings.values[25] = 5.0 * 60.0  # steps a minute
     arm = Arm(connect_simulated(made, twin=twin))
