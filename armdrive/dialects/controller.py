@@ -41,7 +41,6 @@ OVERTRAVEL = 1.1
 """A motor that homes turns by at most this share of its range. One that turns farther finds no
 switch."""
 
-
 HOMING_MARGIN_S = 5.0
 """A device that homes is awaited for this much longer than its homing lasts: ramps that it does not
 report, and lost or late reports. A search that passes its switch is ended sooner, by the device or
@@ -136,7 +135,7 @@ class ScriptRunner(ABC, Generic[H]):
     ) -> None:
         self.abilities = abilities
         self.io = io or ScriptIO(self.unsolicited)
-        self._loop = ScriptLoop(codec, self.io, self.unsolicited)
+        self._loop = ScriptLoop(codec, self.io)
 
     @property
     def last_said(self) -> str:

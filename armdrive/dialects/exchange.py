@@ -183,16 +183,12 @@ class ScriptIO(Generic[H]):
 class ScriptLoop(Generic[H]):
     """Runs one script at a time over a codec.
 
-    Controllers, surveys and commissioning use it. `unsolicited` takes messages that no script waits
-    for.
+    Controllers, surveys and commissioning use it.
     """
 
-    def __init__(
-        self, codec: Codec[H], io: ScriptIO[H], unsolicited: Callable[[H], None] | None = None
-    ) -> None:
+    def __init__(self, codec: Codec[H], io: ScriptIO[H]) -> None:
         self.io = io
         self._codec = codec
-        self._unsolicited = unsolicited or io.on_unsolicited
         self._script: Script[H, Any] | None = None
         self._until_s = math.inf
 
@@ -225,7 +221,7 @@ class ScriptLoop(Generic[H]):
         self._codec.receive_data(data)
         while (message := self._codec.next_event()) is not None:
             if self._script is None:
-                self._unsolicited(message)
+                self.io.on_unsolicited(message)
             else:
                 self.step(message)
 

@@ -78,7 +78,8 @@ def speed_margin(default: float) -> Any:
 
 
 EARLY, LATE = 0.4, 1.5
-"""A motion shorter or longer than these shares of the expected time is not believed."""
+"""A motion shorter or longer than these shares of the expected time is not believed: its answer may
+be another command's. The upper share is of the longest time that the meter still allows."""
 
 
 @dataclass(slots=True)
@@ -149,7 +150,8 @@ class SpeedMeter:
 
 
 TIMEOUT_FACTOR = 2.0
-"""The timeout of a motion, as a multiple of the slowest arm's time."""
+"""The timeout of a motion, as a multiple of the slowest arm's time. It exceeds `LATE`: an answer,
+even one that is not believed, shows that the arm can be asked where it is."""
 
 SHORTEST_MEASURED_S = 0.04
 """The time of a shorter motion says more about the wire than about the motors."""

@@ -32,12 +32,12 @@ from firmware_protocol.armdroid import (
     DriveAll,
     DriveOne,
     HomeToOffsets,
-    Ignored,
     InterfaceKind,
     InterfaceReported,
     OddSpeed,
     OffsetsReported,
     ReportArguments,
+    Request,
     SetSpeed,
     SpeedReported,
     Torque,
@@ -48,7 +48,6 @@ from firmware_protocol.armdroid import (
     ZeroOffsets,
 )
 from firmware_protocol.armdroid import ReportOffsets as _Report
-from firmware_protocol.armdroid.endpoints import DeviceEvent
 from firmware_protocol.fields import INT16_MAX, INT16_MIN, wrapped16
 from kinematics.spaces import Motors
 
@@ -222,7 +221,7 @@ class ArmdroidBoard(Board):
         """Answer with the offsets."""
         self._answer(OffsetsReported(self.offsets))
 
-    def _do(self, event: DeviceEvent) -> None:
+    def _do(self, event: Request) -> None:
         match event:
             case DriveAll(steps):
                 self._turn(steps)
@@ -230,12 +229,10 @@ class ArmdroidBoard(Board):
                 self._turn(tuple(steps if channel == motor else 0 for channel in range(1, 7)))
             case HomeToOffsets():
                 self._turn(tuple(-offset for offset in self.offsets))
-            case Ignored():
-                pass
             case _:
                 self._tell(event)
 
-    def _tell(self, event: DeviceEvent) -> None:
+    def _tell(self, event: Request) -> None:
         """Execute a command that takes no time, and answer."""
         match event:
             case SetSpeed(rpm) | OddSpeed(rpm):

@@ -3,10 +3,8 @@
 from firmware_protocol.armdroid.endpoints import LINE_BYTES as LINE_BYTES
 from firmware_protocol.armdroid.endpoints import Completed as Completed
 from firmware_protocol.armdroid.endpoints import Device as Device
-from firmware_protocol.armdroid.endpoints import DeviceEvent as DeviceEvent
 from firmware_protocol.armdroid.endpoints import Event as Event
 from firmware_protocol.armdroid.endpoints import Host as Host
-from firmware_protocol.armdroid.endpoints import Ignored as Ignored
 from firmware_protocol.armdroid.messages import ANSWER_TO as ANSWER_TO
 from firmware_protocol.armdroid.messages import KEPT as KEPT
 from firmware_protocol.armdroid.messages import MOTORS as MOTORS

@@ -167,18 +167,6 @@ _PLAIN: dict[int, Request] = {
     )
 }
 _WITH_NUMBERS = frozenset(b"dDst")
-MEANT = frozenset(_DIGITS) | frozenset(b"-,") | _WITH_NUMBERS | frozenset(_PLAIN)
-"""Every byte that the sketch does not ignore."""
-
-
-@message()
-class Ignored:
-    """A character that the sketch ignores, such as CR or LF."""
-
-    byte: int
-
-
-DeviceEvent: TypeAlias = Request | Ignored
 
 
 class Device:
@@ -220,13 +208,13 @@ class Device:
         """Take characters from the host in any chunks."""
         self._waiting += data
 
-    def next_event(self) -> DeviceEvent | None:
-        """Return the next event; None if there is none or an answer is outstanding."""
-        if self._request is not None:
-            return None
-        used, event = self._read()
-        del self._waiting[:used]
-        return event
+    def next_event(self) -> Request | None:
+        """Return the next command; None if there is none or an answer is outstanding."""
+        while self._request is None and self._waiting:
+            self._request = self._take(self._waiting.pop(0))
+            if self._request is not None:
+                return self._request
+        return None
 
     def send(self, answer: Answer | Welcome) -> bytes:
         """Return the bytes of an answer.
@@ -251,17 +239,6 @@ class Device:
         self._waiting.clear()
         return request
 
-    def _read(self) -> tuple[int, DeviceEvent | None]:
-        """Read queued characters up to the first event; return the number read and the event."""
-        for at, byte in enumerate(self._waiting):
-            if byte not in MEANT:
-                return at + 1, Ignored(byte)
-            request = self._take(byte)
-            if request is not None:
-                self._request = request
-                return at + 1, request
-        return len(self._waiting), None
-
     def _welcome(self) -> None:
         if self._request is not None:
             raise LocalProtocolError("an answer is owed: a board says Welcome between commands")
@@ -270,7 +247,10 @@ class Device:
     # -- the sketch's character machine: an accumulator, an argument index and kept arguments ------
 
     def _take(self, byte: int) -> Request | None:
-        """Take one character; return the command that it completes, or None."""
+        """Take one character; return the command that it completes, or None.
+
+        The sketch ignores all others, such as CR and LF.
+        """
         if byte in _DIGITS:
             self._accumulator = wrapped16(self._accumulator * 10 + byte - _DIGITS[0])
         elif byte == ord("-"):

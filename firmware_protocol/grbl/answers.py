@@ -1,6 +1,8 @@
-"""A board's answers and messages: ok, errors, alarms, banners, settings, build info.
+"""A board's answers and messages: ok, errors, alarms, banners, settings, reports.
 
-Fields are checked when a message is built; each message can format its line.
+`decode_answer` chooses a reader by the start of a line; a damaged line raises
+`RemoteProtocolError`. Those that a simulated board sends can also be written (`line`). `ok` and
+`error` answer a line of the host; everything else may come at any time.
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ from firmware_protocol.fields import each, message, optional, row_of, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
 from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
-    RING_BYTES_MAX,
     Template,
     Variant,
     coordinates,
@@ -125,62 +126,29 @@ class Remark:
     line = Template("{text}")
 
 
-# Answers about the build.
-
-BLOCKS_MAX = 65535
+# What a host learns from the answers to `$I`. A simulated board sends these lines as `Remark`.
 
 
-@message(version=within(":"), note=printable)
+@message()
 class Version:
-    """The firmware's version and the owner's note, from `$I`."""
+    """The firmware's version."""
 
     version: str
-    note: str = ""
-
-    line = Template("[VER:{version}:{note}]")
 
 
-@message(
-    letters=within(","),
-    blocks=optional(whole_from(0, BLOCKS_MAX)),
-    rx_bytes=optional(whole_from(0, RING_BYTES_MAX)),
-    more=each(within(",")),
-)
+@message()
 class BuildInfo:
-    """Option letters, planner blocks and the receive buffer, from `$I`; FluidNC sends only letters.
+    """Planner blocks and the size of the receive buffer; FluidNC tells neither."""
 
-    `more` contains additional fields of newer firmware, unparsed.
-    """
-
-    letters: str
     blocks: int | None = None
     rx_bytes: int | None = None
-    more: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        given = [part is not None for part in (self.blocks, self.rx_bytes)] + [bool(self.more)]
-        if given != sorted(given, reverse=True):
-            raise BadField("blocks", self.blocks, "given where what follows is")
-
-    @property
-    def line(self) -> str:
-        """The line without its end."""
-        numbers = [str(n) for n in (self.blocks, self.rx_bytes) if n is not None]
-        return f"[OPT:{','.join([self.letters, *numbers, *self.more])}]"
 
 
-@message(count=whole_from(1, len(AXIS_LETTERS)))
+@message()
 class AxesInfo:
-    """The number of axis motors and their letters; two motors may share a letter."""
+    """The letters of the axis motors; two motors may share one."""
 
-    count: int
     letters: str
-
-    def __post_init__(self) -> None:
-        if not isinstance(self.letters, str) or not set(self.letters) <= set(AXIS_LETTERS):
-            raise BadField("letters", self.letters, f"letters out of {AXIS_LETTERS}")
-
-    line = Template("[AXS:{count}:{letters}]")
 
 
 # The status report, `<Idle|MPos:0.000,0.000,0.000|FS:0,0>`: to a line and back.
@@ -231,10 +199,8 @@ _PART = within("|<>")
     work_position=_PLACE,
     free_blocks=optional(_COUNT),
     free_bytes=optional(_COUNT),
-    line_number=optional(_COUNT),
     feed=optional(number),
     speed=optional(number),
-    actual_speed=optional(number),
     pins=optional(_PART),
     work_offset=_PLACE,
     overrides=optional(row_of(_COUNT, 3, "three numbers")),
@@ -254,10 +220,8 @@ class StatusReport:
     work_position: tuple[float, ...] | None = None
     free_blocks: int | None = None
     free_bytes: int | None = None
-    line_number: int | None = None
     feed: float | None = None
     speed: float | None = None
-    actual_speed: float | None = None
     pins: str | None = None
     work_offset: tuple[float, ...] | None = None
     overrides: tuple[int, ...] | None = None
@@ -267,12 +231,6 @@ class StatusReport:
     def __post_init__(self) -> None:
         if (self.machine_position is None) == (self.work_position is None):
             raise BadField("machine_position", self.machine_position, "given, or else the work's")
-        if (self.free_blocks is None) != (self.free_bytes is None):
-            raise BadField("free_bytes", self.free_bytes, "given where free_blocks is")
-        rates = (self.feed, self.speed, self.actual_speed)
-        for name, before, rate in zip(("speed", "actual_speed"), rates, rates[1:], strict=False):
-            if rate is not None and before is None:
-                raise BadField(name, rate, "given where what stands before it is")
         if any(other.partition(":")[0] in _FIELDS or not other for other in self.others):
             raise BadField("others", self.others, "fields that have no place of their own")
 
@@ -330,14 +288,13 @@ class ReportField:
         return dict(zip(self.attributes, found, strict=False))
 
 
-_RATES = ("feed", "speed", "actual_speed")
 _FIELDS: dict[str, ReportField] = {
     "MPos": ReportField(("machine_position",), lambda text: (decimals(text),)),
     "WPos": ReportField(("work_position",), lambda text: (decimals(text),)),
     "Bf": ReportField(("free_blocks", "free_bytes"), lambda text: wholes(text, 2), range(2, 3)),
-    "Ln": ReportField(("line_number",), lambda text: wholes(text, 1)),
-    "F": ReportField(_RATES, decimals, range(1, 2), "one feed"),
-    "FS": ReportField(_RATES, decimals, range(2, 4), "a feed and a speed"),
+    "F": ReportField(("feed", "speed"), decimals, range(1, 2), "one feed"),
+    # grblHAL may add the actual speed, which is not kept
+    "FS": ReportField(("feed", "speed"), decimals, range(2, 4), "a feed and a speed"),
     "Pn": ReportField(("pins",), lambda text: (text,)),
     "WCO": ReportField(("work_offset",), lambda text: (decimals(text),)),
     "Ov": ReportField(
@@ -392,8 +349,10 @@ class WordedAlarm:
     text: str
 
 
-Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Info
+Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Setting | Feedback | Remark
 """What a device sends."""
+HostMessage: TypeAlias = Answer | Version | BuildInfo | AxesInfo | WordedError | WordedAlarm
+"""What a host reads."""
 
 END = b"\r\n"
 PADDING = b" \t\0"
@@ -413,7 +372,7 @@ def encode_answer(answer: Answer) -> bytes:
     return before + answer.line.encode("ascii") + END
 
 
-def decode_answer(line: bytes) -> Answer | WordedError | WordedAlarm:
+def decode_answer(line: bytes) -> HostMessage:
     """Decode a line without its end. Raises `RemoteProtocolError`."""
     body = line.strip(PADDING)
     if not all(0x20 <= byte <= 0x7E for byte in body):
@@ -480,24 +439,22 @@ def _bracketed(text: str) -> Info:
 
 
 def _version(rest: str) -> Version:
-    version, _, note = rest.partition(":")
-    return Version(version, note)
+    return Version(rest.partition(":")[0])
 
 
 def _build_info(rest: str) -> BuildInfo:
-    letters, *parts = rest.split(",")
+    _letters, *parts = rest.split(",")
     numbers = [int(part) for part in parts[:2] if part.isdigit() and len(part) <= 5]
     if len(numbers) != len(parts[:2]):
         raise RemoteProtocolError("the blocks or the ring of the build are no numbers")
-    padded = (*numbers, None, None)
-    return BuildInfo(letters, padded[0], padded[1], tuple(parts[2:]))
+    return BuildInfo(*numbers)
 
 
 def _axes_info(rest: str) -> AxesInfo:
-    count, _, letters = rest.replace(" ", "").partition(":")
-    if not re.fullmatch("[0-9]{1,2}", count):
-        raise RemoteProtocolError("the number of axes is no number")
-    return AxesInfo(int(count), letters)
+    letters = rest.replace(" ", "").partition(":")[2]
+    if not letters or not set(letters) <= set(AXIS_LETTERS):
+        raise RemoteProtocolError(f"'{letters[:16]}' are no letters of axes")
+    return AxesInfo(letters)
 
 
 _BRACKETS: dict[str, Callable[[str], Info]] = {
@@ -507,7 +464,7 @@ _BRACKETS: dict[str, Callable[[str], Info]] = {
     "AXS": _axes_info,
 }
 
-_READERS: dict[str, Callable[[str], Answer | WordedError | WordedAlarm]] = {
+_READERS: dict[str, Callable[[str], HostMessage]] = {
     "ok": _ok,
     "error:": _error,
     "<": read_status,

@@ -17,8 +17,8 @@ from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
     Template,
     Variant,
-    line_text,
     number,
+    within,
 )
 
 SETTING_MAX = 65535
@@ -75,9 +75,12 @@ class SetSetting:
     text = Template("${setting}={value}")
 
 
-@message(text=line_text)
+@message(text=within("?!~"))
 class Line:
-    """Any text, such as g-code; an empty line only asks for an `ok`."""
+    """Any text, such as g-code; an empty line only asks for an `ok`.
+
+    The board would take `?`, `!` and `~` out of any line, as real-time commands.
+    """
 
     text: str = ""
 

@@ -13,7 +13,7 @@ from enum import StrEnum
 from string import Formatter
 from typing import overload
 
-from firmware_protocol.errors import BadField, whole
+from firmware_protocol.errors import BadField
 from firmware_protocol.fields import Rule, message, row_of
 
 AXIS_LETTERS = "XYZABCUVW"
@@ -29,14 +29,12 @@ NUMBER_MAX = float(1 << 24)
 """A float32 holds every whole number up to this one."""
 
 _NUMBER = re.compile(r"[+-]?(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))")
-_REALTIME_IN_TEXT = "?!~"
 
 
-def number(field: str, value: object, low: float = -NUMBER_MAX, high: float = NUMBER_MAX) -> float:
-    """Return a finite number from low to high as it is, or raise `BadField`."""
-    fits = isinstance(value, int | float) and not isinstance(value, bool)
-    if not (fits and isinstance(value, int | float)) or not low <= value <= high:
-        raise BadField(field, value, f"a finite number from {low:g} to {high:g}")
+def number(field: str, value: object, most: float = NUMBER_MAX) -> float:
+    """Return a number of at most this size as it is, or raise `BadField`."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -most <= value <= most:
+        raise BadField(field, value, f"a finite number from {-most:g} to {most:g}")
     return value
 
 
@@ -91,17 +89,6 @@ def written(value: object) -> str:
     return write_number(value) if isinstance(value, float) else str(value)
 
 
-def line_text(field: str, value: object) -> str:
-    """Return text that one line can carry to the device, or raise `BadField`.
-
-    `?`, `!` and `~` are refused, because the device takes them out of any line.
-    """
-    text = printable(field, value)
-    if any(sign in text for sign in _REALTIME_IN_TEXT):
-        raise BadField(field, value, "text without the real-time characters ? ! ~")
-    return text
-
-
 def printable(field: str, value: object) -> str:
     """Return printable ASCII text, or raise `BadField`."""
     if not isinstance(value, str) or not all(" " <= sign <= "~" for sign in value):
@@ -110,7 +97,7 @@ def printable(field: str, value: object) -> str:
 
 
 def within(forbidden: str) -> Rule:
-    """Return the rule of printable text without the characters that would end it early."""
+    """Return the rule of printable text without characters that mean something else."""
 
     def rule(field: str, value: object) -> str:
         text = printable(field, value)
@@ -121,21 +108,12 @@ def within(forbidden: str) -> Rule:
     return rule
 
 
-def number_from(low: float, high: float = NUMBER_MAX) -> Rule:
-    """Return the rule of a finite number from low to high."""
-    return lambda field, value: number(field, value, low, high)
-
-
 coordinates = row_of(
-    number_from(-COORDINATE_MAX, COORDINATE_MAX),
+    lambda field, value: number(field, value, COORDINATE_MAX),
     range(1, len(AXIS_LETTERS) + 1),
     f"1 to {len(AXIS_LETTERS)} numbers",
 )
 """The rule of at least one coordinate."""
-
-
-LINE_CHARACTERS_MAX = 1024
-RING_BYTES_MAX = 1 << 16
 
 
 class Variant(StrEnum):
@@ -181,9 +159,6 @@ class Dialect:
             raise BadField("axes", axes, f"letters out of {AXIS_LETTERS}")
         if len(set(axes)) != len(axes):
             raise BadField("axes", axes, "letters that differ from one another")
-        whole("max_line", self.max_line, 1, LINE_CHARACTERS_MAX)
-        if self.ring_bytes is not None:
-            whole("ring_bytes", self.ring_bytes, 2, RING_BYTES_MAX)
 
 
 GRBL = Dialect()

@@ -13,9 +13,7 @@ Real-time commands are not counted. No input from the board raises.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from dataclasses import replace
-from operator import add, sub
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
@@ -24,9 +22,9 @@ from firmware_protocol.fields import message
 from firmware_protocol.grbl.answers import (
     PADDING,
     Alarm,
-    Answer,
     Banner,
     Error,
+    HostMessage,
     Info,
     Ok,
     Remark,
@@ -73,26 +71,24 @@ class AlarmRaised:
 
 @message()
 class Restarted:
-    """The board has restarted: its position is suspect, and the `lost` lines get no answer.
+    """The board has restarted: its position is suspect, and no unanswered line gets an answer.
 
-    Some of the lost lines may have been executed.
+    Some of these lines may have been executed.
     """
 
     banner: Banner
-    lost: tuple[Command, ...] = ()
 
 
 @message()
 class StatusReported:
-    """A status report with both positions.
+    """A status report with the machine position.
 
-    The position that the report lacks is computed with the latest work offset since the board's
-    start; it is None if no offset has been reported.
+    If a report gives the work position instead ($10), the machine position is computed with the
+    latest work offset since the board's start; it is None if no offset has been reported.
     """
 
     report: StatusReport
     machine_position: tuple[float, ...] | None
-    work_position: tuple[float, ...] | None
 
 
 Event: TypeAlias = (
@@ -100,47 +96,8 @@ Event: TypeAlias = (
 )
 
 
-# Machine position and work position from reports that give only one of them.
-#
-# WPos = MPos - WCO. The offset (WCO) is reported now and then, and at once after a change.
-
-Coordinates: TypeAlias = tuple[float, ...]
-_DECIMALS = 6
+DECIMALS = 6
 """Sums of reported numbers are rounded to these; reports have three or four."""
-
-
-class Positions:
-    """Remembers the work offset of one run of the board."""
-
-    def __init__(self) -> None:
-        self._offset: Coordinates | None = None
-
-    def of(self, report: StatusReport, axes: int) -> tuple[Coordinates | None, Coordinates | None]:
-        """Return machine position and work position; None for one that cannot be computed.
-
-        Raises `RemoteProtocolError` if the report has another number of axes: the line is damaged,
-        or the board has other axes than assumed.
-        """
-        for values in (report.machine_position, report.work_position, report.work_offset):
-            if values is not None and len(values) != axes:
-                raise RemoteProtocolError(
-                    f"coordinates: {len(values)}, but the board has {axes} axes"
-                )
-        if report.work_offset is not None:
-            self._offset = report.work_offset
-        machine, work = report.machine_position, report.work_position
-        if machine is None:
-            return self._shifted(work, add), work
-        return machine, self._shifted(machine, sub)
-
-    def _shifted(
-        self, values: Coordinates | None, how: Callable[[float, float], float]
-    ) -> Coordinates | None:
-        if values is None or self._offset is None or len(self._offset) != len(values):
-            return None
-        return tuple(round(how(a, b), _DECIMALS) for a, b in zip(values, self._offset, strict=True))
-
-
 LINE_BYTES_MAX = 512
 """Longer lines are dropped and reported."""
 _LINE_ENDS = b"\r\n"
@@ -159,7 +116,7 @@ class Host(LineHost[Event]):
         super().__init__(_LINE_ENDS, padding=PADDING, max_length=LINE_BYTES_MAX)
         self._outstanding: deque[Command] = deque()
         self._resetting = False
-        self._positions = Positions()
+        self._work_offset: tuple[float, ...] | None = None
 
     @property
     def outstanding_lines(self) -> tuple[Command, ...]:
@@ -208,17 +165,15 @@ class Host(LineHost[Event]):
         self._resetting |= command is Realtime.SOFT_RESET
         return bytes((command,))
 
-    def forget_outstanding(self) -> tuple[Command, ...]:
-        """Forget the unanswered lines, and an awaited banner, and return the lines.
+    def forget_outstanding(self) -> None:
+        """Forget the unanswered lines, and an awaited banner.
 
         For use after a timeout. A late answer is `Stray` until the next `send`, and counts as the
         answer to that line afterwards: reset the board, or be sure that it is silent.
         """
-        lost = self.outstanding_lines
         self._outstanding.clear()
         self._resetting = False
         self._mark_early(early=False)
-        return lost
 
     def _hindrance(self, command: Command) -> str | None:
         if self._resetting:
@@ -236,15 +191,14 @@ class Host(LineHost[Event]):
     def _interpret_early(self, line: bytes) -> Event:
         return self._event(decode_answer(line), early=True)
 
-    def _event(self, answer: Answer | WordedError | WordedAlarm, *, early: bool) -> Event:
+    def _event(self, answer: HostMessage, *, early: bool) -> Event:
         match answer:
             case Ok() | Error() | WordedError():
                 return Stray(answer) if early else self._answered(answer)
             case Banner():
                 return self._restarted(answer)
             case StatusReport():
-                machine, work = self._positions.of(answer, len(self.dialect.axes))
-                return StatusReported(answer, machine, work)
+                return StatusReported(answer, self._machine_position(answer))
             case Alarm():
                 row = alarm_code(answer.code, self.dialect.variant)
                 return AlarmRaised(row.code, row.meaning, row.remedy, row.position_kept)
@@ -266,10 +220,32 @@ class Host(LineHost[Event]):
         return Refused(command, None, answer.text, _IN_WORDS)
 
     def _restarted(self, banner: Banner) -> Restarted:
-        self._positions = Positions()
+        self._work_offset = None
         if banner.variant is not Variant.GRBL:  # grblHAL may say Grbl too: keep what is known
             self.dialect = replace(self.dialect, variant=banner.variant)
-        return Restarted(banner, self.forget_outstanding())
+        self.forget_outstanding()
+        return Restarted(banner)
+
+    def _machine_position(self, report: StatusReport) -> tuple[float, ...] | None:
+        """Return the machine position; None if it cannot be computed: WPos = MPos - WCO.
+
+        Raises `RemoteProtocolError` if the report has another number of axes: the line is damaged,
+        or the board has other axes than assumed.
+        """
+        axes = len(self.dialect.axes)
+        for values in (report.machine_position, report.work_position, report.work_offset):
+            if values is not None and len(values) != axes:
+                raise RemoteProtocolError(
+                    f"coordinates: {len(values)}, but the board has {axes} axes"
+                )
+        if report.work_offset is not None:
+            self._work_offset = report.work_offset
+        work, offset = report.work_position, self._work_offset
+        if work is None:
+            return report.machine_position
+        if offset is None or len(offset) != axes:  # the axes have been learnt since
+            return None
+        return tuple(round(at + by, DECIMALS) for at, by in zip(work, offset, strict=True))
 
     def _learn(self, answer: object) -> None:
         """Learn the firmware from the answers to `$I`."""

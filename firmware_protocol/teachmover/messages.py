@@ -1,7 +1,8 @@
-"""What a TeachMover and its host say to each other, as values checked when they are built.
+"""The messages of a TeachMover and its host, checked when they are built, and their lines.
 
-Motor counts are half-steps, relative in `Step`, the arm's registers in `Registers`. Everything
-here raises `BadField` (a `LocalProtocolError`) that names the field, the value and the range.
+Motor counts are half-steps: relative in `Step`, absolute registers in `Registers` and `ProgramRow`.
+Building a message may raise `BadField` (a `LocalProtocolError`), decoding one may raise
+`RemoteProtocolError`.
 """
 
 from __future__ import annotations
@@ -164,7 +165,7 @@ class Step:
 
     @property
     def arguments(self) -> tuple[int, ...]:
-        """The numbers behind the command's name."""
+        """The numbers after the command's name."""
         return (self.speed, *self.steps, *(() if self.output is None else (self.output,)))
 
 
@@ -174,7 +175,7 @@ class _Plain:
 
     @property
     def arguments(self) -> tuple[int | str, ...]:
-        """The numbers behind the command's name: none."""
+        """The numbers after the command's name: none."""
         return ()
 
 
@@ -213,7 +214,7 @@ class _AtSpeed:
 
     @property
     def arguments(self) -> tuple[int, ...]:
-        """The numbers behind the command's name."""
+        """The numbers after the command's name."""
         return () if self.speed is None else (self.speed,)
 
 
@@ -238,7 +239,7 @@ class QWrite:
 
     @property
     def arguments(self) -> tuple[int, ...]:
-        """The numbers behind the command's name."""
+        """The numbers after the command's name."""
         return self.row.words
 
 
@@ -251,7 +252,7 @@ class Arm:
 
     @property
     def arguments(self) -> tuple[str, ...]:
-        """What stands behind the command's name."""
+        """The character after the command's name."""
         return (self.attention,)
 
 
@@ -267,7 +268,7 @@ class Delay:
 
     @property
     def arguments(self) -> tuple[int, ...]:
-        """The numbers behind the command's name."""
+        """The numbers after the command's name."""
         return (self.count,)
 
 
@@ -312,11 +313,11 @@ Reply: TypeAlias = Status | Registers | ProgramRow
 
 # Lines, one at a time, to messages and back.
 #
-# The host writes upper case, decimal integers, commas, and a CR at the end. Both ends also read
-# what public programs write and what a wire adds: spaces around numbers, a trailing comma, spaces
-# instead of commas in a program row, an LF from before the line, NUL bytes before a status or a
-# command. No such liberty may change what a line means: a NUL before a register line could have
-# been a minus sign.
+# The host writes upper case, decimal integers, commas, and a CR at the end. The decoders accept
+# what public programs write or a wire adds: spaces around numbers, a trailing comma, spaces
+# instead of commas in a program row, an LF before the line, NUL bytes before a status or a
+# command. None of that may change the meaning of a line: a NUL before a register line may have
+# been a minus sign, so it is not accepted there.
 
 CR = b"\r"
 PADDING = b" \n"
@@ -367,11 +368,10 @@ def decode_reply(line: bytes) -> Reply:
 
 
 def decode_command(body: bytes) -> Command:
-    """Read a command from what stands behind the attention character.
+    """Decode a command without its attention character. Raises `RemoteProtocolError`.
 
-    Raises `RemoteProtocolError`. Names may be cut down to three letters. What follows a command
-    that takes nothing more may be empty or 0, as public programs send it (`@READ, `,
-    `@RESET, 0`).
+    Names may be cut down to three letters. After a command without arguments there may be an empty
+    one or a 0, as public programs send it (`@READ, `, `@RESET, 0`).
     """
     found = _COMMAND.fullmatch(body.rstrip(PADDING))
     if found is None:
@@ -382,7 +382,7 @@ def decode_command(body: bytes) -> Command:
         raise RemoteProtocolError(f"no command is named {word[:16]}")
     try:
         return _READERS[name](_fields(found[2].strip(PADDING), _COMMA))
-    except LocalProtocolError as error:  # a field out of range, but it was not we who chose it
+    except LocalProtocolError as error:  # the sender chose a value out of range
         raise RemoteProtocolError(f"{name}: {error}") from None
 
 

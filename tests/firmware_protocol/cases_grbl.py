@@ -54,14 +54,13 @@ def reports(draw: st.DrawFn) -> grbl.StatusReport:
     """Draw a status report with any fields."""
     where = draw(st.sampled_from(["machine_position", "work_position"]))
     free = draw(st.booleans())
-    rates = draw(st.lists(FEEDS, max_size=3))
+    rates = draw(st.lists(FEEDS, max_size=2))
     return grbl.StatusReport(
         draw(st.sampled_from(grbl.State) | st.text(string.ascii_letters, min_size=1, max_size=8)),
         draw(st.none() | st.integers(0, 999)),
         free_blocks=draw(COUNTS) if free else None,
         free_bytes=draw(COUNTS) if free else None,
-        line_number=draw(st.none() | st.integers(0, 99999)),
-        **dict(zip(("feed", "speed", "actual_speed"), rates, strict=False)),
+        **dict(zip(("feed", "speed"), rates, strict=False)),
         pins=draw(st.none() | st.text("XYZPDHRS", max_size=4)),
         work_offset=draw(st.none() | COORDINATES),
         overrides=draw(st.none() | st.tuples(COUNTS, COUNTS, COUNTS)),
@@ -75,10 +74,6 @@ INFO = st.one_of(
     st.builds(grbl.Setting, st.integers(0, 400), NAMES),
     st.builds(grbl.Setting, st.sampled_from(["N0", "N1", "/axes/x/steps_per_mm"]), NAMES),
     st.builds(grbl.Feedback, NAMES),
-    st.builds(grbl.Version, NAMES, NAMES),
-    st.builds(grbl.BuildInfo, st.text("VNMZHL*$#", max_size=6)),
-    st.builds(grbl.BuildInfo, st.just("VZ"), COUNTS, st.integers(0, 1024), st.just(("6", "0"))),
-    st.builds(grbl.AxesInfo, st.integers(1, 6), st.just(AXES)),
     st.builds(
         grbl.Remark,
         st.sampled_from(

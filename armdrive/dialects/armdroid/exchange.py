@@ -37,6 +37,7 @@ from firmware_protocol.armdroid.messages import encode_answer
 Offsets: TypeAlias = tuple[int, ...]
 
 LONGEST_OFFSETS = len("offsets = " + ",".join(["-32768"] * 6) + "\r\n")
+"""Characters of the longest answer to a motion."""
 # The speed that consumes a left-over number. It ends in 5: appended to any digits, the board never
 # reads a 0, by which it would divide.
 EMPTYING_RPM = 25
@@ -56,12 +57,16 @@ class BoardExchange:
     At speed 0 the next motion would never end, and the board would not react until a reset.
     """
     met: bool = False
+    """Whether the board has answered in this session, so that a greeting means a restart."""
     firmware: str = ""
     offsets: Offsets | None = None
+    """The motors' positions; None while they turn, or if the last answer was lost."""
     answer_bytes: int = 0
+    """The length of the latest answer to a motion, whose time on the wire is no motion."""
     was_deaf: bool = True
     """Whether the first command of the session was lost, as it is while a board starts."""
     _kept: bool = True
+    """Whether the board may hold numbers that a stray `D` would repeat as a motion."""
     _started: bool = False
 
     @property

@@ -1,4 +1,10 @@
-"""The driver's knowledge of a GRBL board: its state, its position and its unanswered queries."""
+"""The driver's knowledge of a GRBL board: its state, its position and its unanswered queries.
+
+`BoardState.learn` takes every message that the board sends, whoever waits for it. Two small state
+machines help: `Polls` remembers which queries have no report yet, and `Greeting` decides whether a
+banner or an alarm answers the driver's own reset or shows that the board has restarted, which costs
+the position.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +32,6 @@ from firmware_protocol.grbl import (
     Variant,
     Version,
 )
-from firmware_protocol.grbl.dialect import RING_BYTES_MAX
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
 
@@ -195,7 +200,7 @@ class BoardState:
                 return self._learn_restart(message, now_s)
             case BuildInfo():
                 self._learn_build(message)
-            case AxesInfo(_, letters):
+            case AxesInfo(letters):
                 self._learn_axes("".join(dict.fromkeys(letters)))
             case Version(version):
                 self.firmware = version
@@ -269,8 +274,8 @@ class BoardState:
             self.blocks = min(BLOCKS_328P, build.blocks)
         # a damaged number might never leave room for a line
         ring = build.rx_bytes or 0
-        plausible = SMALLEST_RING_BYTES <= ring <= RING_BYTES_MAX
-        self._host.dialect = replace(self._host.dialect, ring_bytes=ring if plausible else None)
+        known = ring if ring >= SMALLEST_RING_BYTES else None
+        self._host.dialect = replace(self._host.dialect, ring_bytes=known)
 
     # -- what is known ------------------------------------------------------------------------
 

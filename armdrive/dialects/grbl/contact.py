@@ -1,4 +1,10 @@
-"""Make contact with a GRBL board and get it to read lines. Nothing here moves the arm."""
+"""Make contact with a GRBL board and get it to read lines. Nothing here moves the arm.
+
+`make` runs before the first request, `prepare` before each motion, and `clear` when the operator
+resets the arm. The board may be in any state when they begin: starting up, in a motion or a hold
+that another program left, in alarm, asleep, with half a line in its input, or hung. A reset leaves
+most of these states, but it also switches off the outputs, one of which may hold the gripper.
+"""
 
 from __future__ import annotations
 

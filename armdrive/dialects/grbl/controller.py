@@ -98,13 +98,13 @@ class GrblController(ScriptRunner[HostEvent]):
         self.byte_s = BITS_A_BYTE / config.connection.baud
         self.board = board = BoardState(host, settings, axes)
         self.exchange = exchange = GrblExchange(self.io, host, board, settings, self.byte_s)
-        self.outputs = GrblOutputs(exchange, settings, config.gripper.kind)
+        self.outputs = GrblOutputs(exchange, config.gripper.kind)
         self.stops = stops = GrblStops(
             self.io, exchange, board, self.outputs, settings, lambda: self.bounds.slowest_stop_s
         )
         self.contact = GrblContact(self.io, exchange, board, stops, self.outputs, settings)
         self.homing = GrblHoming(
-            self.io, exchange, board, self.contact, settings, axes.letters, self.homing_time
+            self.io, exchange, board, self.contact, axes.letters, self.homing_time
         )
 
     # -- what happens -------------------------------------------------------------------------

@@ -1,4 +1,19 @@
-"""Exchanges with a GRBL board: a query and its report, a line and its answer, a reset."""
+"""Exchanges with a GRBL board: a query and its report, a line and its answer, a reset.
+
+The collaborators' scripts use these:
+
+    look, look_position, confirm_position   query until a report says enough
+    ask, carry_out                          one line, and its answer
+    poll, listen                            for scripts that do both at once, as a motion does
+    soft_reset                              0x18 and the banner, also of a board in motion
+
+Every message passes through `listen` (or `take`, if no script waits), which updates `BoardState`.
+
+A query is a single byte that a board picks out of its input. If it is damaged on the wire, the
+board keeps it as a character, which would spoil the next line or even change its meaning. Reports
+have no checksum either. Hence `clean_line` before each line that follows a lost query, and two
+reports that agree before a surprising one is believed.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +44,8 @@ from firmware_protocol.grbl.host import Event as HostEvent
 Answer: TypeAlias = Acknowledged | Refused | Restarted | AlarmRaised
 
 REPORT_TIMEOUT_S = 0.25
-"""A report that takes longer counts as lost."""
+"""A report that takes longer counts as lost: boards that do not home or start answer within
+milliseconds."""
 BANNER_TIMEOUT_S = 1.5
 """Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first."""
 RESET_POLL_S = 0.02
@@ -246,6 +262,8 @@ class GrblExchange:
     def _one_line(
         self, command: Command, patience_s: float | None = None
     ) -> Script[HostEvent, Answer | None]:
+        # the line is the only one on its way: GRBL loses bytes while it writes its EEPROM, and an
+        # answer to an earlier line must not count for this one
         self.forget_lines()
         self.send(command)
         patience_s = self.settings.answer_s if patience_s is None else patience_s

@@ -1,7 +1,17 @@
 """Drive motions on a GRBL board, sending lines a little ahead, and let the board home itself.
 
-A line is sent only if the planner can finish it within the announced time, and only when the wire
-is free. A reported position off the lines that were sent ends the motion.
+`GrblMotion.drive` is a loop. Each turn sends at most one line (`_send`), queries if it is time, and
+waits for one message, which `_outcome` evaluates. `InFlightLines` (planner) knows the lines sent so
+far. A line is sent only if
+
+- the wire has carried the previous one, so that a stop byte waits behind one line at most;
+- the board can finish it within the announced time, which bounds the motion after a stop;
+- in a jog, and after the first line, the previous line has its ok;
+- the motion under way does not end just now (`END_MARGIN_S`).
+
+A reported position off the lines that were sent ends the motion, and so do a refused line, a lost
+ok, a mute board, and a motion without progress. `_halt` stops at request, `_break_off` after a
+failure; `stops` has how.
 """
 
 from __future__ import annotations
@@ -350,7 +360,6 @@ class GrblHoming:
     exchange: GrblExchange
     board: BoardState
     contact: GrblContact
-    settings: GrblSettings
     letters: str
     time_of: Callable[[Home], HomingTime]
     """How long a homing command lasts."""

@@ -1,4 +1,14 @@
-"""A model of how a GRBL board drives lines: planner times, segment buffer, and stops."""
+"""A model of how a GRBL board drives lines: planner times, segment buffer, and stops.
+
+The driver has to know how long the lines take that it has sent, although the board does not say so:
+to send no more than the announced time ahead, to notice a motion that has gone wrong, and to
+announce how far the arm continues after a stop. The parts, from the board's inside out:
+
+    planned_s        how long lines take in the planner: ramps, and corners passed in motion
+    SegmentBuffer    what has left the planner, and no command can change any more
+    MotionBounds     the two together: how long and how far a motion continues
+    InFlightLines    the lines of one motion: which are done, and where the arm is
+"""
 
 from __future__ import annotations
 
@@ -134,6 +144,7 @@ def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
 
 SEGMENT_S = 0.01
 STEPS_A_SEGMENT = 1.25
+"""The firmware's `REQ_MM_INCREMENT_SCALAR`."""
 LAST_STEP_S = 1.0 / SLOWEST_HZ
 """A step that has begun is always completed; this is the slowest one."""
 SHORTEST_HZ = STEPS_A_SEGMENT / SEGMENT_S
@@ -231,6 +242,7 @@ class SegmentBuffer:
 # The speed of this arm's motors on the board, and how long a motion continues after a stop.
 
 LONGEST_LINE = 81
+"""Bytes on the wire before a stop is heard: a line of 79 characters, its end, and the stop byte."""
 RESEND_S = 0.04
 """If a stop, or the report that would show its effect, is lost, the stop is repeated after this."""
 CONFIRMED_S = 0.12

@@ -1,4 +1,9 @@
-"""The `[grbl]` section of an arm file, a board's axes, and the check of a board's settings."""
+"""The `[grbl]` section of an arm file, a board's axes, and the check of a board's settings.
+
+GrblSettings   what the arm file says of the board
+BoardAxes      which axis of the board each motor is, and how motions are written for it
+Comparison     what the board reports of itself (`$$`), against what the arm file expects
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""Stop a GRBL board, and restore the outputs that a stop's reset switches off."""
+"""Stop a GRBL board, and restore the outputs that a stop's reset switches off.
+
+    hold         brake a motion, then reset the board, which drops the lines that it still has
+    cancel_jog   end a jog without a reset, if the board takes the cancel
+    kill         reset at once (emergency stop), which may cost the position
+    free         reset a board at rest that reads no lines
+
+All but a jog's cancel end in `reset_and_restore`.
+"""
 
 from __future__ import annotations
 
@@ -38,9 +46,9 @@ class GrblOutputs:
     `reported` that a status report shows the state of that output.
     """
 
-    def __init__(self, exchange: GrblExchange, settings: GrblSettings, gripper: str) -> None:
+    def __init__(self, exchange: GrblExchange, gripper: str) -> None:
         self._exchange = exchange
-        self._settings = settings
+        self._settings = settings = exchange.settings
         self._gripper = gripper
         self._bits: int | None = None
         self._share: float | None = None

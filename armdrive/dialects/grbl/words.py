@@ -15,6 +15,7 @@ from firmware_protocol.grbl.answers import (
     Error,
     Feedback,
     Ok,
+    Remark,
     Setting,
     State,
     StatusReport,
@@ -78,6 +79,7 @@ SENTENCES: Sentences = MappingProxyType(
         Banner: _banner,
         Setting: lambda message: f"setting {message.key} is {message.value}",
         Feedback: lambda message: f"says: {message.text}",
+        Remark: lambda message: f"says: {message.text}",
         Version: lambda message: f"version {message.version}",
     }
 )

@@ -139,10 +139,6 @@ class MksController(ScriptRunner[Event]):
         """Give up all open questions."""
         self._exchange.give_up()
 
-    def unsolicited(self, event: Event) -> None:
-        """Record a message that no script waits for."""
-        self._exchange.unsolicited(event)
-
     # -- numbers ------------------------------------------------------------------------------
 
     def usable_rate_hz(self, rate_hz: float) -> float:

@@ -37,7 +37,7 @@ BOARD_S = 0.02  # longest processing time of the board; 3 ms were measured
 # Until the first answer, pings carry the bytes 1 to 9: no dialect takes these for a letter, a line
 # end or a real-time command.
 FIRST_TOKENS = 9
-FEEDS_PER_TIMEOUT = 3.0
+FEEDS_PER_TIMEOUT = 3.0  # so that a lost ping does not let the arm sag
 
 
 class MotorPower:

@@ -29,9 +29,11 @@ from armdrive.dialects.recognition import Probe, Recogniser, Risk, in_safe_order
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
-from firmware_protocol.armdroid.endpoints import MEANT
+from firmware_protocol.armdroid import ANSWER_TO
 
 QUICK_BAUD, SLOW_BAUD = 115_200, 9600
+MEANT = {*b"0123456789-,", *map(ord, ANSWER_TO)}
+"""Every byte that an Armdroid's sketch does not ignore."""
 
 
 CASES = [(dialect, state) for dialect in SPOKEN for state in PREPARED[dialect]]
@@ -62,7 +64,7 @@ def test_an_examination_moves_nothing(dialect, state, rate):
 
 @every_row("dialect, state", [each for each in CASES if each not in LINE_ENDS_ACT])
 @every_row("given_baud", [True, False])
-def test_even_the_whole_table_said_to_the_end_moves_nothing(dialect, state, given_baud):
+def test_sending_every_probe_moves_nothing(dialect, state, given_baud):
     port = prepared(dialect, state)
     for probe in WHO.sequence(port.device.board.baud if given_baud else None):
         say(port, probe)
@@ -70,7 +72,7 @@ def test_even_the_whole_table_said_to_the_end_moves_nothing(dialect, state, give
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)
-def test_in_no_other_order_either_while_the_line_that_moves_nothing_is_before_read(dialect):
+def test_probes_move_nothing_in_any_order_that_keeps_the_harmless_line_before_read(dialect):
     state = list(PREPARED[dialect])[:2][-1]  # what is left half sent is the harshest
     line, read = PROBES[-2:]
     for order in itertools.permutations(PROBES):
@@ -149,7 +151,7 @@ def test_a_dialect_without_the_probe_that_makes_its_own_harmless_is_refused():
 
 
 @pytest.mark.parametrize(("dialect", "state"), STILL)
-def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
+def test_an_arm_connects_after_an_examination(dialect, state):
     port = prepared(dialect, state)
     port.examine(None)
     before = port.device.world.motors

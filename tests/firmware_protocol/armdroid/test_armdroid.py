@@ -218,10 +218,9 @@ ZEROS = (0,) * 5
 
 
 def said(data: bytes, device: armdroid.Device | None = None) -> list[object]:
-    """Give a device bytes, and leave out what it ignores."""
     device = device or armdroid.Device()
     device.receive_data(data)
-    return [event for event in events(device) if not isinstance(event, armdroid.Ignored)]
+    return events(device)
 
 
 # each worked out by hand along the sketch's loop()

@@ -101,11 +101,11 @@ def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
         host.send_realtime("?")
 
 
-def test_a_banner_tells_which_lines_were_lost():
+def test_after_a_banner_no_line_is_unanswered():
     host = sent(X1, X2)
     assert heard(host, b"ok\r\n" + BANNER) == [
         grbl.Acknowledged(X1),
-        grbl.Restarted(grbl.Banner(), (X2,)),
+        grbl.Restarted(grbl.Banner()),
     ]
     assert host.outstanding_lines == ()
 
@@ -115,39 +115,44 @@ def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
     assert host.send_realtime(grbl.Realtime.SOFT_RESET) == b"\x18"
     with pytest.raises(LocalProtocolError, match="its banner has not come"):
         host.send(X2)
-    assert heard(host, BANNER) == [grbl.Restarted(grbl.Banner(), (X1,))]
+    assert heard(host, BANNER) == [grbl.Restarted(grbl.Banner())]
     assert host.room_for(X2)
     host.send_realtime(grbl.Realtime.SOFT_RESET)
-    assert host.forget_outstanding() == ()
+    host.forget_outstanding()
     assert host.room_for(X2)
 
 
-def test_forgotten_lines_are_returned_and_their_late_answers_unexpected():
+def test_late_answers_to_forgotten_lines_are_unexpected():
     host = sent(X1, X2)
-    assert host.forget_outstanding() == (X1, X2)
+    host.forget_outstanding()
+    assert host.outstanding_lines == ()
     assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
 
 
 # -- the events that it makes of what is heard ----------------------------------------------------
 
 
-def test_positions_are_known_in_both_spaces_once_the_offset_was_reported():
+def test_the_machine_position_is_known_once_the_offset_was_reported():
     host = grbl.Host()
     found = heard(
         host,
         b"<Idle|WPos:1.000,2.000,3.000>\n<Idle|WPos:1.000,2.000,3.000|WCO:0.100,0.200,-4.000>\n"
-        b"<Jog|MPos:1.100,2.200,3.300>\n",
+        b"<Jog|MPos:1.100,2.200,3.300>\n<Jog|WPos:1.000,2.000,3.100>\n",
     )
-    places = [(event.machine_position, event.work_position) for event in found]
-    assert places == [
-        (None, (1.0, 2.0, 3.0)),
-        ((1.1, 2.2, -1.0), (1.0, 2.0, 3.0)),
-        ((1.1, 2.2, 3.3), (1.0, 2.0, 7.3)),
-    ]
+    positions = [None, (1.1, 2.2, -1.0), (1.1, 2.2, 3.3), (1.1, 2.2, -0.9)]
+    assert [event.machine_position for event in found] == positions
     heard(host, BANNER)
     (after,) = heard(host, b"<Idle|WPos:1.000,2.000,3.000>\n")
     assert isinstance(after, grbl.StatusReported)
     assert after.machine_position is None
+
+
+def test_an_offset_of_other_axes_than_the_board_has_is_not_used():
+    host = grbl.Host()
+    heard(host, b"<Idle|WPos:1.000,2.000,3.000|WCO:0.100,0.200,-4.000>\n")
+    host.dialect = SIX_AXES
+    (report,) = heard(host, b"<Idle|WPos:1,2,3,4,5,6>\n")
+    assert report.machine_position is None
 
 
 def test_a_report_with_another_number_of_axes_is_not_believed():
@@ -172,7 +177,7 @@ def test_codes_above_grbls_mean_what_the_firmware_says():
     assert len(texts) == 3
 
 
-def test_the_firmware_is_found_out():
+def test_a_host_learns_the_firmware():
     host = grbl.Host(SIX_AXES)
     heard(host, b"GrblHAL 1.1f ['$' or '$HELP' for help]\r\n")
     assert host.dialect.variant is grbl.Variant.GRBLHAL

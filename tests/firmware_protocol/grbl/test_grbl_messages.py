@@ -45,9 +45,6 @@ REFUSED = [
     (lambda: grbl.Banner("1.1", firmware="v3"), "firmware"),
     (lambda: grbl.Setting("12", "on"), "key"),
     (lambda: grbl.Setting(1, " on"), "value"),
-    (lambda: grbl.BuildInfo("V", None, 128), "blocks"),
-    (lambda: grbl.StatusReport(grbl.State.IDLE, None, PLACE, free_blocks=1), "free_bytes"),
-    (lambda: grbl.StatusReport(grbl.State.IDLE, None, PLACE, speed=1.0), "speed"),
     (lambda: grbl.StatusReport(grbl.State.IDLE), "machine_position"),
     (lambda: grbl.StatusReport("Id|le", None, PLACE), "state"),
     (lambda: grbl.StatusReport(grbl.State.IDLE, None, PLACE, others=("FS:1",)), "others"),
@@ -120,10 +117,6 @@ LINES = [
     (grbl.Setting("N0", "G54"), "$N0=G54"),
     (grbl.Setting("/axes/x/steps_per_mm", "80.000"), "$/axes/x/steps_per_mm=80.000"),
     (grbl.Feedback("'$H'|'$X' to unlock"), "[MSG:'$H'|'$X' to unlock]"),
-    (grbl.Version("1.1h.20190825", "arm"), "[VER:1.1h.20190825:arm]"),
-    (grbl.BuildInfo("VNMG", 35, 254, ("16",)), "[OPT:VNMG,35,254,16]"),
-    (grbl.BuildInfo("PHS"), "[OPT:PHS]"),
-    (grbl.AxesInfo(6, "XYZABC"), "[AXS:6:XYZABC]"),
     *(
         (grbl.Remark(line), line)
         for line in ("[HLP:$$ $# $G]", "[GC:G0 G54 F0.]", "[PRB:0.000,-10.000,5.125:0]", ">G54:ok")
@@ -135,15 +128,15 @@ LINES = [
     ),
     (
         grbl.StatusReport(
-            *(grbl.State.RUN, None, PLACE, None, 15, 128, 99, 1.5),
+            *(grbl.State.RUN, None, PLACE, None, 15, 128, 1.5),
             work_offset=(1.0, 2.0, 3.0),
             overrides=(100, 50, 100),
             accessories="SF",
-            others=("Qm:7",),
+            others=("Ln:99", "Qm:7"),
         ),
         (
-            "<Run|MPos:0.000,-10.000,5.125|Bf:15,128|Ln:99|F:1.5"
-            "|WCO:1.000,2.000,3.000|Ov:100,50,100|A:SF|Qm:7>"
+            "<Run|MPos:0.000,-10.000,5.125|Bf:15,128|F:1.5"
+            "|WCO:1.000,2.000,3.000|Ov:100,50,100|A:SF|Ln:99|Qm:7>"
         ),
     ),
 ]
@@ -154,7 +147,15 @@ TOLERATED = [
     (b"error:Bad number format", WordedError("Bad number format")),
     (b"ALARM: Hard limit", WordedAlarm("Hard limit")),
     (b"$0=10 (step pulse, usec)", grbl.Setting(0, "10")),
-    (b"[AXS: 5: XYZAB]", grbl.AxesInfo(5, "XYZAB")),
+    (b"[AXS:6:XYZABC]", grbl.AxesInfo("XYZABC")),
+    (b"[AXS: 5: XYZAB]", grbl.AxesInfo("XYZAB")),
+    (b"[VER:1.1h.20190825:arm]", grbl.Version("1.1h.20190825")),
+    (b"[OPT:VNMG,35,254,16]", grbl.BuildInfo(35, 254)),
+    (b"[OPT:PHS]", grbl.BuildInfo()),
+    (
+        b"<Run|MPos:0.000|Ln:9|FS:1,2,3>",
+        grbl.StatusReport(grbl.State.RUN, None, (0.0,), feed=1.0, speed=2.0, others=("Ln:9",)),
+    ),
     (
         b"<Tool|MPos:1,2.5,-3.|Pn:>",
         grbl.StatusReport(grbl.State.TOOL, None, (1.0, 2.5, -3.0), pins=""),
@@ -179,7 +180,7 @@ UNREADABLE = [
         b"<Idle|MPos:0|F:1|FS:1,2>",
         b"<Idle|MPos:0|F:1,2>",
     ),
-    *(b"[MSG:open", b"[OPT:V,x,128]", b"[AXS:x:XYZ]", b"$5"),
+    *(b"[MSG:open", b"[OPT:V,x,128]", b"[AXS:6:]", b"[AXS:3:XYQ]", b"$5"),
     *(b"Grbl 1.1h", b"Grbl 1.1h ['$' for hel", b"\xffok", b"ok\x80", b"$100=\x01"),
 ]
 

@@ -78,7 +78,7 @@ DISTURBED = [
     ("side", "start", "skip", "change"),
     [(*row, change) for *row, changes in DISTURBED for change in changes],
 )
-def test_a_disturbed_answer_is_survived_and_a_disturbed_motion_at_least_found_out(
+def test_a_disturbed_answer_costs_only_time_and_a_disturbed_motion_is_noticed(
     side, start, skip, change
 ):
     arm = ready()
@@ -140,7 +140,7 @@ def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
     assert arm.status.state is State.ERROR_STOP
 
 
-def test_no_board_at_all_is_told_after_a_while():
+def test_a_board_that_never_answers_is_reported():
     made = config()
     twin = simulate(made)
     link = Disturbed(twin.link)
@@ -259,7 +259,7 @@ def test_a_setting_that_differs_whenever_it_is_read_does():
 
 # -- Stray characters in the board's input line: no damaged line is executed -----------------------
 
-SPOILER = b"))GG\n"
+CLEARING = b"))GG\n"
 FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
 OTHERS = [b"(", b"$", b"G", b"%", b"0", b"~", b"\r"]
 
@@ -273,8 +273,8 @@ def changed_poll(arm, to):
     arm.twin.link.sent.clear()
 
 
-def spoilers(arm):
-    return sum(piece == SPOILER for _, piece in arm.twin.link.sent)
+def clearing_lines(arm):
+    return sum(piece == CLEARING for _, piece in arm.twin.link.sent)
 
 
 @pytest.mark.parametrize("to", [*FLIPPED, *OTHERS], ids=repr)
@@ -284,15 +284,15 @@ def test_a_poll_that_was_changed_on_the_idle_wire_spoils_no_motion(to):
     arm.move_j(base_deg=3, shoulder_deg=41)
     assert standing_as_said(arm)
     assert arm.status.trust is Trust.REFERENCED
-    assert spoilers(arm) >= 1
+    assert clearing_lines(arm) >= 1
     arm.twin.link.sent.clear()
     arm.jog_j(base_deg=2)
     assert standing_as_said(arm)
-    assert spoilers(arm) == 0
+    assert clearing_lines(arm) == 0
 
 
 @pytest.mark.parametrize("to", FLIPPED[::3], ids=repr)
-def test_nor_a_jog_an_output_or_a_servo(to):
+def test_a_poll_that_was_changed_spoils_no_jog_output_or_servo(to):
     arm = ready(config(gripper="servo"))
     changed_poll(arm, to)
     arm.jog_j(base_deg=2)
@@ -318,12 +318,12 @@ def test_a_jog_that_loses_its_axis_word_is_taken_by_the_board_and_noticed(firmwa
     assert arm.status.trust is Trust.SUSPECT
 
 
-def test_on_a_wire_that_is_well_nothing_more_is_said():
+def test_no_clearing_line_is_sent_on_a_good_wire():
     arm = ready()
     for _ in range(3):
         arm.sleep(2.0)
         arm.move_j(base_deg=arm.joints.deg["base"] + 3)
-    assert spoilers(arm) == 0
+    assert clearing_lines(arm) == 0
 
 
 @pytest.mark.parametrize(
@@ -375,7 +375,7 @@ def test_a_disturbed_line_is_neither_carried_out_with_the_next_one_nor_answers_i
         assert not arm.twin.board.details()["outputs"]["flood"]
 
 
-def test_a_spoiler_that_is_lost_is_said_again():
+def test_a_clearing_line_that_is_lost_is_sent_again():
     arm = ready()
     changed_poll(arm, b"7")
     arm.twin.link.to.append(Rule(rb"\)\)GG", lost))
@@ -444,7 +444,7 @@ def test_a_board_that_is_mute_for_less_goes_on():
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_how_long_a_board_may_be_mute_can_be_set():
+def test_the_arm_file_says_how_long_a_board_may_be_mute():
     arm = ready(config(device={"report_timeout_s": 2.5, "answer_s": 5.0}))
     begin_planned(arm)
     arm.sleep(0.5)
@@ -467,7 +467,7 @@ def test_a_stop_of_a_mute_board_ends_as_well(begin, call, most_s):
     assert arm.status.trust is Trust.SUSPECT
 
 
-def test_a_program_that_stood_still_itself_calls_no_board_mute():
+def test_a_suspended_program_calls_no_board_mute():
     for at_s in (0.30, 0.32, 0.34):
         arm = ready()
         handle = arm.move_j(base_deg=40, wait=False)
