@@ -251,9 +251,10 @@ RunFault: TypeAlias = Callable[[FaultBench, FaultRequest], Fault]
 def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
     """Cut the power for a while."""
     yield None
+    was_on = bench.device.powered
     bench.device.set_power(False)
     yield None
-    bench.device.set_power(True)
+    bench.device.set_power(was_on)
 
 
 def reset(bench: FaultBench, _: FaultRequest) -> Fault:

@@ -147,6 +147,10 @@ class TestOnTheArm:
         wired.pass_time(0.5)
         assert wired.twin.world.pose.z_mm < height - 5
         assert wired.ask(READ) == ANSWER
+        wired.twin.device.power_off()
+        wired.faults.add("brown-out")
+        wired.pass_time(1.0)
+        assert not wired.twin.device.powered
 
     @pytest.mark.parametrize("motor", ["1", "base"])
     def test_lost_steps_are_counted_and_not_made(self, wired, motor):
