@@ -280,6 +280,8 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
     require_real_ports()
     wiring = PortOpening(config)
     with ExitStack() as opened:
+        # The lock comes before the port: opening a port resets some boards, also one that another
+        # program is driving. It goes by both names, because two arm files may name one port.
         lock = opened.enter_context(hold_arm(config.name, wiring.find()))
         recorder = FlightRecorder(places.recordings())
         with explaining(recorder.ring.entries, config.connection):

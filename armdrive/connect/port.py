@@ -172,9 +172,12 @@ def _doctor(port: str) -> str:
     return f"`{doctor}`{which} finds out what is there, and moves nothing."
 
 
-# Reconnecting a lost link: attempts to open it again, with increasing pauses. The engine then gets
-# the new link and a new controller, which repeats no request of the old one. Afterwards the arm is
-# in a state in which nothing moves (motion/connecting.py).
+# Reconnecting a lost link. The engine reports the loss (`Reconnector.lost`), and calls the
+# reconnector in the place of its controller from then on. The old link is closed, and an
+# `AbsentLink` stands in for it. An `Opening` tries to open the port; if it fails, the next one
+# follows after a longer pause. Once the port is open, the engine gets the new link and a new
+# controller, which repeats no request of the old one (`_take`). A task then checks that the same
+# arm answers (`recover`, motion/connecting.py), and leaves it in a state in which nothing moves.
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
 """The pauses before each attempt; the last one repeats. Opening a port can reset a board."""

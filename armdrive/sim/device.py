@@ -22,7 +22,7 @@ from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
-from armdrive.text.toml import checked, plain, rule_of, setting
+from armdrive.text.toml import plain, rule_of, section_of, setting
 from firmware_protocol.fields import INT16_MAX, INT16_MIN
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors
@@ -395,11 +395,16 @@ def settings_of(kind: type[Any]) -> dict[str, Field[Any]]:
 
 def chosen(kind: type[K], values: Mapping[str, Value]) -> K:
     """Return settings with these values; all others have their defaults. Raises `BadRequest`."""
-    return kind(**{name: _checked(_row(kind, name), value) for name, value in values.items()})
+    for name in values:
+        _row(kind, name)
+    try:
+        return section_of(kind, values, whole=False)
+    except ArmFileError as error:
+        raise BadRequest(str(error)) from None
 
 
 def parse_settings(kind: type[Any], words: Iterable[str]) -> dict[str, Value]:
-    """Parse NAME=VALUE words. Raises `BadRequest` with the nearest known name."""
+    """Parse NAME=VALUE words for `chosen`. Raises `BadRequest` with the nearest known name."""
     values: dict[str, Value] = {}
     for word in words:
         name, equals, text = word.partition("=")
@@ -425,28 +430,15 @@ def _row(kind: type[Any], name: str) -> Field[Any]:
 
 
 def _parsed(row: Field[Any], text: str) -> Value:
-    """Parse a value typed by a person. Raises `BadRequest`."""
+    """Return what a person has typed as the type of the default, or as it is for `chosen`."""
     if isinstance(row.default, bool):
         if text.lower() not in _FLAGS:
             raise BadRequest(f"{row.name} must be yes or no, not {text!r}")
         return _FLAGS[text.lower()]
     value: Value = text
     with contextlib.suppress(ValueError):
-        value = _kind(row)(text)
-    return _checked(row, value)
-
-
-def _checked(row: Field[Any], value: Value) -> Value:
-    """Return a value of the type of the default. Raises `BadRequest`."""
-    try:
-        found: Value = checked(_kind(row), rule_of(row))(value, row.name)
-    except ArmFileError as error:
-        raise BadRequest(str(error)) from None
-    return found
-
-
-def _kind(row: Field[Any]) -> type[Any]:
-    return type(row.default)
+        value = type(row.default)(text)
+    return value
 
 
 # --- The report: the whole state, physical and commanded, for people and programs ----------------

@@ -183,11 +183,7 @@ still has an effect; None means until it is ended.
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration.
-
-    A fault that `replaces` ends an earlier one of its kind on the same motor, so that its own end
-    restores the state before both.
-    """
+    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration."""
 
     name: str
     arguments: str
@@ -195,12 +191,20 @@ class FaultKind:
     run: Callable[[FaultBench, FaultRequest], Fault]
     needs: type = object
     lasts_s: float | None = None
-    replaces: bool = False
 
     @property
     def usage(self) -> str:
         """How the fault is written."""
         return f"{self.name} {self.arguments}".strip()
+
+    @property
+    def of_motor(self) -> bool:
+        """Whether the fault is of one motor.
+
+        It ends an earlier one of its kind on that motor, so that its own end restores the state
+        before both.
+        """
+        return self.arguments.startswith("MOTOR")
 
     def befalls(self, board: type[Board]) -> bool:
         """Return whether a device with this kind of board can have the fault."""
@@ -247,9 +251,10 @@ RunFault: TypeAlias = Callable[[FaultBench, FaultRequest], Fault]
 def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
     """Cut the power for a while."""
     yield None
+    was_on = bench.device.powered
     bench.device.set_power(False)
     yield None
-    bench.device.set_power(True)
+    bench.device.set_power(was_on)
 
 
 def reset(bench: FaultBench, _: FaultRequest) -> Fault:
@@ -548,14 +553,12 @@ _ON_BUS = tuple(
             "MOTOR MODE",
             "a drive is in another mode",
             _changing(lambda board, at, mode: board.node(at).set_mode(mode, board.now_s)),
-            replaces=True,
         ),
         FaultKind(
             "drive-id",
             "MOTOR ID",
             "a drive has another id",
             _changing(lambda board, at, number: board.node(at).set_id(number, board.now_s)),
-            replaces=True,
         ),
         FaultKind(
             "no-done",
@@ -608,7 +611,11 @@ _ON_ANY = (
     FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps),
     FaultKind("stall", "MOTOR", "a motor no longer follows", stall),
     FaultKind(
-        "switch", "MOTOR open|closed|free", "a limit switch sticks", switch, needs=HasSwitches
+        "switch",
+        "MOTOR open|closed|free",
+        "a limit switch sticks",
+        switch,
+        needs=HasSwitches,
     ),
 )
 FAULTS: Mapping[str, FaultKind] = MappingProxyType(
@@ -689,9 +696,9 @@ class Faults:
         lasts_s = kind.lasts_s if request.for_s is None else request.for_s
 
         def start() -> None:
-            what = (request.name, request.words[:1])
-            for each in [*self._active] if kind.replaces else ():
-                if (each.request.name, each.request.words[:1]) == what:
+            for each in [*self._active] if kind.of_motor else ():
+                motor = self._bench.motor(request)
+                if each.request.name == request.name and self._bench.motor(each.request) == motor:
                     self._end(each)
             try:
                 alive = next(fault)

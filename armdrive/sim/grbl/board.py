@@ -24,7 +24,7 @@ from typing import ClassVar, Generic, TypeAlias, TypeVar
 from armdrive.abilities import BITS_A_BYTE
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Board
-from armdrive.sim.grbl.firmware import MINUTE_S, BoardSettings
+from armdrive.sim.grbl.firmware import MINUTE_S, AlarmNumber, BoardSettings
 from armdrive.sim.grbl.hardware import (
     BoardBuild,
     BoardDrive,
@@ -246,8 +246,6 @@ def _pins(board: GrblBoard) -> str | None:
 
 TICK_S = 0.005
 """How often the switches are checked during motion."""
-HARD_LIMIT, SOFT_LIMIT = 1, 2
-"""Numbers of alarms."""
 
 
 class HardLimits:
@@ -271,7 +269,7 @@ class HardLimits:
         self.forget(board)
         deaf = board.state in (State.ALARM, State.HOME) or board.booting.active
         if self._pressed != before and _in_force(board) and not deaf:
-            board.routines.critical(board, HARD_LIMIT)
+            board.routines.critical(board, AlarmNumber.HARD_LIMIT)
 
     def forget(self, board: GrblBoard) -> None:
         """Take the present state of the switches as the reference."""
@@ -335,7 +333,7 @@ class MotionCycle:
             board.current.release_at_rest(board.now_s)
         if self.leaving:
             self.leaving = False
-            board.routines.critical(board, SOFT_LIMIT)
+            board.routines.critical(board, AlarmNumber.SOFT_LIMIT)
         elif self.cancelling:
             self.cancelling = False
             board.drive.stop(board.now_s)

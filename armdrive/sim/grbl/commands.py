@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.sim.grbl.board import GrblBoard
-from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH
+from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH, AlarmNumber, RefusalNumber
 from firmware_protocol.grbl import (
     Feedback,
     Home,
@@ -27,8 +27,6 @@ from firmware_protocol.grbl import (
 # All axes that are homed move together, each at the homing rate, and drop out as their switches are
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
-
-STILL_PRESSED, _NOT_FOUND, _AMBIGUOUS = 8, 9, 12
 
 Steps = Generator[float, None, int]
 """A part of a script; it returns 0, or an error number."""
@@ -56,13 +54,13 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         _count_from_zero(board, axes)
         found = yield from _approach(board, axes, search, rate)
         if not found:
-            return _NOT_FOUND
+            return AlarmNumber.NOT_FOUND
         yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
         _count_from_zero(board, axes)
         yield from _go(board, axes, -back, leave)
         board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
-            return STILL_PRESSED
+            return AlarmNumber.STILL_PRESSED
         yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
@@ -141,8 +139,6 @@ def _homed_at(board: GrblBoard, axis: int) -> float:
 
 # --- Settings with names: `$/stepping/idle_ms`, and `=255` to change one --------------------------
 
-UNKNOWN, PATH_NOT_IDLE = 3, 8
-READ_ONLY, OUT_OF_RANGE = 162, 80
 _LINE = re.compile(r"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
 
 
@@ -160,13 +156,13 @@ def run_path(board: GrblBoard, line: str) -> int | None:
         board.say(Setting(f"/{path}", f"{fixed:.3f}"))
         return 0
     if number is None:
-        return UNKNOWN
+        return RefusalNumber.UNKNOWN
     if value is None:
         text = dict(board.settings.written())[number]
         board.say(Setting(f"/{path}", text))
         return 0
     if board.state not in (State.IDLE, State.ALARM):
-        return PATH_NOT_IDLE
+        return RefusalNumber.NOT_IDLE
     try:
         given = float(value)
     except ValueError:
@@ -179,7 +175,6 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     return code
 
 
-NOT_IDLE, NO_HOMING = 8, 5
 _HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
 
 
@@ -187,7 +182,7 @@ def run_system(board: GrblBoard, command: SystemCommand | Home | SetSetting) -> 
     """Execute a command, or refuse it in this state; return 0 or an error number."""
     states, act = _COMMANDS[command if isinstance(command, SystemCommand) else type(command)]
     if states and board.state not in states:
-        return NOT_IDLE
+        return RefusalNumber.NOT_IDLE
     outcome = act(board, command)
     return outcome if isinstance(outcome, int) else (yield from outcome)
 
@@ -201,7 +196,7 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
     if not homes or board.state not in _STILL:
         return code
     if not board.settings[keys.HOMING]:
-        return NO_HOMING
+        return RefusalNumber.NO_HOMING
     board.state = State.HOME
     return code
 
@@ -252,7 +247,7 @@ def _check(board: GrblBoard, _: SystemCommand) -> Steps:
         board.routines.order(board, Realtime.SOFT_RESET)
         yield math.inf
     elif board.state is not State.IDLE:
-        return NOT_IDLE
+        return RefusalNumber.NOT_IDLE
     board.tell("Enabled")
     board.state = State.CHECK
     return 0
@@ -261,7 +256,7 @@ def _check(board: GrblBoard, _: SystemCommand) -> Steps:
 def _sleep(board: GrblBoard, _: SystemCommand) -> int:
     """Fall asleep once the line is answered: observed on both 8-bit boards and on grblHAL."""
     if not board.settings.values.get(keys.SLEEP_ENABLE, 1.0):
-        return UNKNOWN
+        return RefusalNumber.UNKNOWN
 
     def fall_asleep() -> None:
         board.tell("Sleeping")
@@ -277,12 +272,12 @@ def _sleep(board: GrblBoard, _: SystemCommand) -> int:
 def _home(board: GrblBoard, command: Home) -> Steps:
     firmware, homing = board.firmware, int(board.settings[keys.HOMING])
     if not homing:
-        return firmware.refused_axis if command.axes else NO_HOMING
+        return firmware.refused_axis if command.axes else RefusalNumber.NO_HOMING
     if command.axes and not homing & firmware.single_axis_bits:
-        return NO_HOMING
+        return RefusalNumber.NO_HOMING
     for axes in _cycles(board, command.axes):
         ambiguous = firmware.rechecks_after_pull_off and board.switches.mask()
-        code = _AMBIGUOUS if ambiguous else (yield from home(board, axes))
+        code = AlarmNumber.AMBIGUOUS if ambiguous else (yield from home(board, axes))
         if code:
             yield from board.routines.fail(board, code)
             return 0
@@ -309,9 +304,9 @@ def _set(board: GrblBoard, command: SetSetting) -> Steps:
     if (paths := board.firmware.paths) is not None:
         if command.setting not in paths.changeable:
             told = command.setting in paths.listed(board.settings.values)
-            return READ_ONLY if told else UNKNOWN
+            return RefusalNumber.READ_ONLY if told else RefusalNumber.UNKNOWN
         if command.value > paths.changeable[command.setting]:
-            return OUT_OF_RANGE
+            return RefusalNumber.OUT_OF_RANGE
     code = board.settings.store(command.setting, command.value)
     if code:
         return code

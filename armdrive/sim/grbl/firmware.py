@@ -12,7 +12,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from enum import Enum
+from enum import Enum, IntEnum
 from types import MappingProxyType
 
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
@@ -21,6 +21,49 @@ from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, Stat
 SEARCH, LOCATE = 1.5, 5.0
 """How far homing seeks a switch, in travels, and how far it approaches it again, in pull-offs."""
 _ANY_BIT = 255
+
+
+class RefusalNumber(IntEnum):
+    """The numbers of `error:N`, but for those of the g-code parser.
+
+    Source: gnea/grbl grbl/report.h. Those that only FluidNC has were observed.
+    """
+
+    UNKNOWN = 3
+    NEGATIVE = 4
+    NO_HOMING = 5
+    SHORT_PULSE = 6
+    NOT_IDLE = 8
+    LOCKED = 9
+    LIMITS_WITHOUT_HOMING = 10
+    TOO_LONG = 11
+    TRAVEL_EXCEEDED = 15
+    NO_SINGLE_AXIS = 19
+    """FluidNC's."""
+    OUT_OF_RANGE = 80
+    """FluidNC's."""
+    READ_ONLY = 162
+    """FluidNC's."""
+
+
+class AlarmNumber(IntEnum):
+    """The numbers of `ALARM:N`.
+
+    Source: gnea/grbl grbl/system.h. Those that only FluidNC has were observed.
+    """
+
+    HARD_LIMIT = 1
+    SOFT_LIMIT = 2
+    RESET_IN_MOTION = 3
+    RESET_IN_HOMING = 6
+    STILL_PRESSED = 8
+    """A switch is pressed after homing has backed off."""
+    NOT_FOUND = 9
+    """Homing has come to no switch."""
+    AMBIGUOUS = 12
+    """FluidNC's: a switch is pressed before homing begins."""
+    UNHOMED = 14
+    """FluidNC's: an axis has yet to be homed."""
 
 
 class Killed(Enum):
@@ -222,7 +265,7 @@ class Firmware:
     """Whether `$H` with an axis that the build refuses (error 3) leaves the board in Home until a
     reset. Observed on the Mega with two axes, and on the 328p, which refuses every single axis.
     """
-    refused_axis: int = 5
+    refused_axis: RefusalNumber = RefusalNumber.NO_HOMING
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
     homing_cycles: Mapping[int, str] = field(default_factory=lambda: {3: "Z XY"})
     """Which axes `$H` homes together, one cycle after the other, by the number of axes of a build;
@@ -410,7 +453,7 @@ _FIRMWARES = (
         backs_off_at_feed=True,
         homes_at=0.0,
         homing_cycles=MappingProxyType({}),
-        refused_axis=19,
+        refused_axis=RefusalNumber.NO_SINGLE_AXIS,
         locks_until_homed=True,
         rechecks_after_pull_off=True,
         failed_homing_restarts=False,
@@ -539,15 +582,15 @@ class BoardSettings:
     def store(self, number: int, value: float) -> int:
         """Write a setting; return 0, or the number of the error if it is refused."""
         if value < 0:
-            return 4
+            return RefusalNumber.NEGATIVE
         if number not in self.values:
-            return 3
+            return RefusalNumber.UNKNOWN
         if number == 0 and value < _SHORTEST_PULSE:
-            return 6
+            return RefusalNumber.SHORT_PULSE
         if number == keys.SOFT_LIMITS and value and not self.on(keys.HOMING):
-            return 10
+            return RefusalNumber.LIMITS_WITHOUT_HOMING
         if number >= keys.STEPS_PER_UNIT and not value:
-            return 4  # a real board accepts it, and later divides by zero
+            return RefusalNumber.NEGATIVE  # a real board accepts it, and later divides by zero
         self.values[number] = float(int(value)) if number in _WHOLE_NUMBERS else value
         if number == keys.HOMING and not value:
             self.values[keys.SOFT_LIMITS] = 0.0

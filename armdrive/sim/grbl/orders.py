@@ -14,15 +14,12 @@ from functools import partial
 from types import MappingProxyType
 
 from armdrive.sim.grbl.board import (
-    HARD_LIMIT,
-    SOFT_LIMIT,
     Boot,
     FirmwareRoutines,
     GrblBoard,
     Script,
 )
 from armdrive.sim.grbl.commands import (
-    STILL_PRESSED,
     Steps,
     Waits,
     refused_command,
@@ -30,7 +27,7 @@ from armdrive.sim.grbl.commands import (
     run_system,
     write_eeprom,
 )
-from armdrive.sim.grbl.firmware import Killed
+from armdrive.sim.grbl.firmware import AlarmNumber, Killed, RefusalNumber
 from armdrive.sim.grbl.parser import RequestedMove, Work
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
@@ -50,8 +47,6 @@ from firmware_protocol.grbl import (
     keys,
 )
 
-LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
-_TOO_LONG = 11
 RESTART_S = 5e-3
 """How long a restart takes: from a soft reset, or the end of its alarm, to the banner."""
 _CANCELLED = -1
@@ -73,7 +68,7 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
 
 def _explain(board: GrblBoard, line: str, code: int) -> None:
     """Put a refusal into words, before and after it."""
-    if not line.startswith("$") and code != LOCKED:
+    if not line.startswith("$") and code != RefusalNumber.LOCKED:
         text = "".join(sign if " " <= sign <= "~" else "." for sign in line)
         board.say(Feedback(f"ERR: Bad GCode: {text}"))
     meaning = error_code(code, board.codec.dialect.variant).meaning
@@ -87,8 +82,8 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
     jogging = line.text.startswith("$")
     if not jogging and board.state in (State.ALARM, State.JOG):
         # FluidNC looks at the length only after that: observed
-        too_long = isinstance(content, Rejected) and content.code == _TOO_LONG
-        return _TOO_LONG if too_long else LOCKED
+        too_long = isinstance(content, Rejected) and content.code == RefusalNumber.TOO_LONG
+        return RefusalNumber.TOO_LONG if too_long else RefusalNumber.LOCKED
     if isinstance(content, Rejected):
         named = run_path(board, line.text)
         return refused_command(board, line.text, content.code) if named is None else named
@@ -99,7 +94,7 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
 
 def _block(board: GrblBoard, block: Block) -> Steps:
     if block.jog and board.state not in (State.IDLE, State.JOG):
-        return NOT_IDLE
+        return RefusalNumber.NOT_IDLE
     try:
         work = board.parser.work(block)
     except GcodeError as error:
@@ -163,7 +158,7 @@ def _move(board: GrblBoard, move: RequestedMove, work: Work) -> Steps:
     """
     if board.settings.on(keys.SOFT_LIMITS) and _outside(board, move):
         if work.jog:
-            return TRAVEL_EXCEEDED
+            return RefusalNumber.TRAVEL_EXCEEDED
         yield from _leave(board)
     if board.state is State.CHECK:
         return 0
@@ -197,7 +192,7 @@ def _leave(board: GrblBoard) -> Waits:
         board.drive.brake(board.now_s)
         board.state = State.HOLD
     else:
-        board.routines.critical(board, SOFT_LIMIT)
+        board.routines.critical(board, AlarmNumber.SOFT_LIMIT)
     while True:
         yield math.inf
 
@@ -218,7 +213,6 @@ def _end(board: GrblBoard, work: Work) -> Waits:
 # Source: gnea/grbl grbl/protocol.c (protocol_exec_rt_system), motion_control.c (mc_reset), main.c.
 
 _OVERRIDE_BOUNDS = (10, 200)
-_ABORTED, _HOMING_ABORTED, _UNHOMED = 3, 6, 14
 _FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
@@ -266,26 +260,26 @@ def soft_reset(board: GrblBoard) -> None:
     """
     if board.booting.active:
         if len(board.again) < board.firmware.resets_kept:
-            board.again.append(_HOMING_ABORTED if board.state is State.HOME else 0)
+            board.again.append(AlarmNumber.RESET_IN_HOMING if board.state is State.HOME else 0)
         return
     _outputs_off(board)
     code = 0
     if board.state is State.HOME:
         backing_off = board.drive.moving and board.switches.mask()
         tells = backing_off and board.firmware.raises_pull_off_alarm
-        code = STILL_PRESSED if tells else _HOMING_ABORTED
+        code = AlarmNumber.STILL_PRESSED if tells else AlarmNumber.RESET_IN_HOMING
     elif board.drive.moving:
-        code = _ABORTED
+        code = AlarmNumber.RESET_IN_MOTION
         _lose_current(board, restarts=True)
     elif board.state is State.SLEEP and board.firmware.wakes_with_alarm:
-        code = _ABORTED
+        code = AlarmNumber.RESET_IN_MOTION
     elif board.critical and board.unhomed:
-        code = _UNHOMED
+        code = AlarmNumber.UNHOMED
     elif board.main_loop.hung and not board.firmware.resume_unhangs:
-        code = _ABORTED
+        code = AlarmNumber.RESET_IN_MOTION
     # observed on FluidNC: it starts a motion of homing that is about to start after the reset
-    runs_on = code == _HOMING_ABORTED and board.unread.waited
-    runs_on |= code == _ABORTED and board.firmware.killed is Killed.RUNS_ON
+    runs_on = code == AlarmNumber.RESET_IN_HOMING and board.unread.waited
+    runs_on |= code == AlarmNumber.RESET_IN_MOTION and board.firmware.killed is Killed.RUNS_ON
     if not runs_on:
         board.cycle.kill(board)
     board.booting.begin(_restarted(board, code, runs_on=runs_on), board.now_s)
@@ -299,7 +293,7 @@ def raise_critical(board: GrblBoard, code: int) -> None:
         board.cycle.kill(board)
         _lose_current(board, restarts=False)
     board.state, board.critical = State.ALARM, True
-    if code == HARD_LIMIT:
+    if code == AlarmNumber.HARD_LIMIT:
         board.unhome()
     _alarm(board, code)
     board.tell("Reset to continue")
@@ -338,7 +332,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
         yield board.now_s + board.settings[keys.IDLE_MS] / 1000  # observed: 0.26 s at $1=255
     if code:
-        if code == _ABORTED and board.firmware.killed is Killed.LATE:
+        if code == AlarmNumber.RESET_IN_MOTION and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[keys.IDLE_MS] / 1000
         board.state = State.ALARM
         _alarm(board, code)

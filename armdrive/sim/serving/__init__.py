@@ -4,6 +4,10 @@ Which file decides what:
 
     servers    the wire that other programs open: pseudo-terminal, TCP, UDP, CAN adapter
     console    the commands on standard input: one table
+
+One thread does everything but read commands: it sleeps until a client has written, a command has
+come or the device has something to do, and passes bytes between the server and the device's line.
+The line decides when they arrive, as it does for a driver in the same process.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ from armdrive.motion.reference import home_device
 from armdrive.registry import simulate
 from armdrive.runtime.arm_state import alerted
 from armdrive.runtime.clock import SimulatedPace
-from armdrive.sim.grbl.board import HARD_LIMIT
+from armdrive.sim.grbl.firmware import AlarmNumber
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.status import State, Trust
 from armdrive.tasks import Alert, AlertKind
@@ -570,7 +570,7 @@ def test_an_alarm_right_after_homing_is_not_unlocked(monkeypatch):
     def touched(_answer, say=board.say):
         say(_answer)
         if isinstance(_answer, Ok) and arm.twin.link.sent[-1][1] == b"$HC\n":
-            board.routines.critical(board, HARD_LIMIT)
+            board.routines.critical(board, AlarmNumber.HARD_LIMIT)
 
     monkeypatch.setattr(board, "say", touched)
     with pytest.raises(DeviceFault):

@@ -147,6 +147,10 @@ class TestOnTheArm:
         wired.pass_time(0.5)
         assert wired.twin.world.pose.z_mm < height - 5
         assert wired.ask(READ) == ANSWER
+        wired.twin.device.power_off()
+        wired.faults.add("brown-out")
+        wired.pass_time(1.0)
+        assert not wired.twin.device.powered
 
     @pytest.mark.parametrize("motor", ["1", "base"])
     def test_lost_steps_are_counted_and_not_made(self, wired, motor):
@@ -160,11 +164,12 @@ class TestOnTheArm:
     def test_a_stalled_motor_does_not_follow_until_it_is_freed(self, wired):
         before = wired.twin.world.motors
         wired.faults.add("stall", 1)
+        wired.faults.add("stall", "base")  # the same motor
         wired.ask(STEP, 2.0)
         assert wired.twin.world.motors == before
         wired.twin.device.push((7, 0, 0, 0, 0, 0))
         assert wired.twin.world.motors - before == (7, 0, 0, 0, 0, 0)
-        assert wired.faults.end("stall") == ("stall 1",)
+        assert wired.faults.end("stall") == ("stall base",)
         wired.ask(STEP, 2.0)
         assert wired.twin.world.motors - before == (477, 0, 0, 0, 0, 0)
 
@@ -211,6 +216,10 @@ def test_a_board_resets_and_its_switches_stick():
     device.transmit(1.5)
     assert board.switches == {1: SwitchState.FREE}
     assert faults.active == ()
+    for state in ("open", "closed", "free"):
+        faults.add("switch", 2, state)
+        assert board.switches == {1: SwitchState(state)}
+        assert faults.active == (() if state == "free" else (f"switch 2 {state}",))
 
 
 def test_a_scheduled_fault_that_fails_is_reported():

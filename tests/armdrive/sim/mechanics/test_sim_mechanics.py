@@ -19,30 +19,6 @@ from armdrive.sim.world import World
 steps = st.tuples(*[st.integers(-2000, 2000)] * 6)
 
 
-def test_the_busiest_motor_turns_at_the_rate_and_the_others_in_proportion():
-    rack = MotorRack((0, 0))
-    rack.start((100, -50), 1 / 50.0, 10.0)
-    assert rack.done_s == 12.0
-    assert rack.positions(10.5) == (25, -12)
-    assert rack.positions(11.0) == (50, -25)
-    assert rack.positions(99.0) == (100, -50)
-
-
-def test_a_stopped_motion_stays_where_it_was():
-    rack = MotorRack((7, 0))
-    rack.start((100, -50), 1 / 50.0, 0.0)
-    rack.stop(0.5)
-    assert rack.positions(9.0) == (32, -12)
-    assert not rack.moving
-    assert math.isinf(rack.done_s)
-
-
-def test_a_motion_without_steps_is_over_at_once():
-    rack = MotorRack((0, 0))
-    rack.start((0, 0), 1 / 470.0, 3.0)
-    assert rack.done_s == 3.0
-
-
 @given(steps, st.floats(1, 1000), st.floats(0, 10))
 def test_no_motor_overshoots_turns_back_or_leaves_the_straight_way(deltas, rate, at):
     rack = MotorRack((0,) * 6)
