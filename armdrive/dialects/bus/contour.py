@@ -1,4 +1,11 @@
-"""Compare where all drives are with their common path: one that lags alone leads the arm off it."""
+"""Compare where all drives are with their common path: one that lags alone leads the arm off it.
+
+The observer judges each drive by its own orders. That is not enough: each may be within its
+corridor, one early and another late, and the arm between two points of its path in no place that
+was planned. And a weak drive that is steered from where it was read is never far from its orders.
+So here all positions of one look are compared: with each other (is one always slower?), and with
+the path (is there a moment at which all would be where they are?).
+"""
 
 from __future__ import annotations
 

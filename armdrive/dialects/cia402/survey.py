@@ -86,7 +86,9 @@ from firmware_protocol.frames import Frame, pack
 ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
+"""How long the bus is left alone after an answer: other programs on it go on (a guess)."""
 ROUNDS = 2
+"""How often a node is asked at most: one lost frame must not hide a drive."""
 
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,

@@ -1,5 +1,14 @@
 """Lead MKS drives through one motion: what is sent and checked in each of its phases.
 
+    MksMotion   begins a motion: along segments (steered), or to targets already sent (a burst)
+    MotionRun   one motion: what its stages share, and the actions between them
+    Moving      sends targets (`steering`) and polls; judges what the observer and the path say
+    Outage      no drive replies: waits, then reads where all are
+    Arriving    repeats questions until every drive stands at its target
+    MksBraking  the stage of stopping (`stops`)
+
+`bus.phases` has the table that leads from one stage to the next by the signals that they return.
+
 The "done" of a drive may never come. So a drive has arrived when it stands and its encoder is at
 its target. A drive that stands elsewhere has lost its last order, which is repeated, or is blocked.
 """

@@ -255,8 +255,11 @@ def test_a_drive_is_where_it_was_left_if_it_is_found_within_reach_of_that():
     assert bench.do(ReadPosition()).positions == Motors([103, -200, 292, 0, 5, -6])
 
 
-def test_homing_goes_group_by_group_and_sets_no_zero():
-    bench = MksBench(starts=STARTS).ready()
+@pytest.mark.parametrize(
+    "settings", [{}, {"watchdog_s": 0.04, "poll_s": 0.02}], ids=["as shipped", "shortest watchdog"]
+)
+def test_homing_goes_group_by_group_and_sets_no_zero(settings):
+    bench = MksBench(settings=settings, starts=STARTS).ready()
     assert isinstance(bench.do(HomeDevice(((2,), (0, 1)))), Done)
     homed = [frame.can_id for _, frame in bench.sent if frame.data[0] == Code.HOME]
     assert homed == [3, 1, 2]
