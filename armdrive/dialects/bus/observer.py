@@ -1,11 +1,7 @@
-"""Conclude from orders, questions and replies where each drive is, and whether it is sound.
+"""Conclude from its orders, questions and replies where a drive is, and whether it is sound.
 
-    ObservedDrive  one drive: its orders and readings, and the finding of its last reading
-    Observer       the drives of an arm together: outages, drives that do not reply
-
-A verdict says whether a reading lies in the interval in which a healthy shaft can be, or for how
-long none came: the table is in `dialects.bus`. Reach and following are in `intervals`. Here are two
-more:
+A finding says whether its last reading lies in the interval in which a healthy shaft can be: the
+table is in `dialects.bus`. Reach and following are in `intervals`. Here are two more:
 
     from zero   as far as any order in force lets it turn since it may have restarted
     rest        after a stop: between where its orders had it, its target and, if it was silent,
@@ -14,8 +10,8 @@ more:
 After an outage the orders that a drive has received, and when, are not known. So its course begins
 again at its reading, at the speed that two prompt readings show, and it is judged from there on.
 
-Rules that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour`
-(the drives together: off path, weak).
+Whether it had no power for a moment is in `ledger`. MKS drives are also judged together
+(`mks.observer`, `mks.contour`).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -24,12 +20,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from collections.abc import Iterable
 
 from armdrive.dialects.bus.intervals import (
-    MAX_DELAY_S,
     PROGRESS_SHARE,
     Bounds,
     DriveFinding,
@@ -39,7 +32,7 @@ from armdrive.dialects.bus.intervals import (
     Reading,
     covered,
 )
-from armdrive.dialects.bus.ledger import EPSILON_S, MUTE_POLLS, Ledger, Rejections
+from armdrive.dialects.bus.ledger import EPSILON_S, Ledger
 from armdrive.dialects.bus.paths import Courses, Interval
 from kinematics.spaces import Motors
 
@@ -59,25 +52,6 @@ WEAK_MIN_CORRIDOR = 0.1
 WEAK_SPACING_S = 0.08
 """... and looks closer together than this count as one: orders and replies that are late by some
 hundredths of a second affect all drives, and pass."""
-OUTAGE_S = 0.06
-"""No reply for this long although questions are open means a bus outage: a reply takes no longer
-than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer: see
-`Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
-LATE_OUTAGES = 5
-"""After this many outages without one prompt reading between them, all replies of this bus are
-late. After any other outage the next question is answered promptly."""
-SILENT_POLLS = 10
-"""If all drives are silent, they get this many polls: then the computer is usually late."""
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """A conclusion about a drive: its count, and its place by its orders."""
-
-    drive: ObservedDrive
-    finding: DriveFinding
-    count: int
-    place: float
 
 
 class LatestReadings:
@@ -161,7 +135,8 @@ class ObservedDrive:
         """Where it probably is."""
         self.ledger = Ledger()
         self.absence = self.ledger.absence
-        self.rejections = Rejections()
+        self.confirmed_s = -math.inf
+        """When it confirmed last that it has taken an order; never, if such drives do not."""
         self.count = 0
         """Its last count."""
         self.read_s = -math.inf
@@ -187,7 +162,7 @@ class ObservedDrive:
         self._reach, self._following = Reach(bounds), Following(bounds)
         self._met: Look | None = None
         """The look that the course was last compared with."""
-        self._place = 0.0
+        self.place = 0.0
         """Where its course had it at the last reading."""
         self._rest = Interval(-math.inf, math.inf)
         """Where it may come to rest after a stop."""
@@ -255,7 +230,6 @@ class ObservedDrive:
         self._reach.begin(self._readings.last)
         self.finding = DriveFinding.FITS
         self.ledger.forget()  # it was read after anything it missed while standing
-        self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
         self.lag = 0.0
@@ -279,7 +253,7 @@ class ObservedDrive:
         self._reach.add(reading, self._courses, off)
         if self._reach.is_within:
             self.lag = self.course.place - count
-        self.finding, self._place = self._judge(reading, off), self.course.place
+        self.finding, self.place = self._judge(reading, off), self.course.place
         if self.moving and self.finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_courses(reading)
 
@@ -298,8 +272,8 @@ class ObservedDrive:
             self.absence.acquit()  # its count proves that it kept its power
         if not self._reach.is_within:
             return DriveFinding.DOUBTED
-        place, confirmed_s = self.course.place, self.rejections.started_s
-        return self._following.judge(reading, place, off, self.still_s, confirmed_s)
+        place = self.course.place
+        return self._following.judge(reading, place, off, self.still_s, self.confirmed_s)
 
     def _correct_courses(self, reading: Reading) -> None:
         """Move its courses towards the reading.
@@ -345,11 +319,6 @@ class ObservedDrive:
         turns = round((self.goal - count) / self.bounds.turn)
         near = abs(self.goal - count - turns * self.bounds.turn) <= rest
         return bool(turns) and near and -rest <= count < self.bounds.turn + rest
-
-    @property
-    def verdict(self) -> Verdict:
-        """The verdict on its last reading."""
-        return Verdict(self, self.finding, self.count, self._place)
 
     @property
     def is_elsewhere(self) -> bool:
@@ -440,130 +409,6 @@ class ObservedDrive:
             self.rest_at(there, now_s)
             self.fresh = True
         return self.goal
-
-
-D = TypeVar("D", bound=ObservedDrive)
-
-
-class Observer(Generic[D]):
-    """The drives of one arm, and the conclusions about all of them."""
-
-    def __init__(self, drives: Sequence[D]) -> None:
-        self.drives = tuple(drives)
-        self.returned = False
-        """Whether a drive has replied again after an outage, until the motion takes that up."""
-        self.outage_s = 0.0
-        """How long that outage was."""
-        self.replied_s = -math.inf
-        """When any drive replied last."""
-        self._by_node = {drive.node: drive for drive in self.drives}
-        self._outages = 0  # since the last prompt reading
-        self._last_outage_s = -math.inf
-
-    def __getitem__(self, node: int) -> D:
-        return self._by_node[node]
-
-    def find(self, node: int | None) -> D | None:
-        """Return the drive with an id; None if there is none."""
-        return None if node is None else self._by_node.get(node)
-
-    def watch(self) -> None:
-        """Begin a motion: judge all drives from now on."""
-        self._outages, self.returned = 0, False
-        for drive in self.drives:
-            drive.watch()
-
-    def sent(self, drive: D, now_s: float, *, owes: bool) -> None:
-        """Record a frame to a drive that needs a reply."""
-        others = (each.ledger.replied_s for each in self.drives if each is not drive)
-        drive.ledger.sent(now_s, max(others, default=0.0), owes=owes)
-
-    def replied(self, drive: D, now_s: float, *, settles: bool, asked: bool = True) -> None:
-        """Record a frame from a drive, as in `Ledger.replied`.
-
-        After an outage each drive may have lost its power: a failing supply looks like a bus
-        outage, but orders sent meanwhile are never answered.
-        """
-        if asked and self.in_outage(now_s):
-            prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
-            self._outages = 1 if prompt else self._outages + 1
-            self.outage_s, self.returned = self.silent_s(now_s), True
-            self._last_outage_s = now_s
-            for ledger in (each.ledger for each in self.drives):
-                ledger.timeout_s = max(ledger.timeout_s, self.outage_s + OUTAGE_S)
-                ledger.suspect(now_s + ledger.timeout_s)
-                ledger.unanswered_polls = 0  # no drive replied, so none is to blame
-        if asked:
-            self.replied_s = now_s
-        drive.ledger.replied(now_s, settles=settles, asked=asked)
-
-    @property
-    def suspects(self) -> bool:
-        """Whether a drive that may have been away may still send the replies it owes."""
-        return any(drive.absence.suspected for drive in self.drives)
-
-    def silent_s(self, now_s: float) -> float:
-        """Return how long questions have been open without any reply; 0 if one came."""
-        replied_s = self.replied_s
-        opened = (drive.ledger.open_s for drive in self.drives)
-        since_s = min((at_s for at_s in opened if at_s >= replied_s), default=math.inf)
-        return max(now_s - since_s, 0.0)
-
-    def in_outage(self, now_s: float) -> bool:
-        """Return whether all drives have been silent for longer than they ever need to reply."""
-        silent_s = self.silent_s(now_s)
-        if silent_s <= OUTAGE_S:
-            return False
-        slowest_s = max(drive.ledger.longest_wait_s for drive in self.drives)
-        return silent_s > min(slowest_s, MAX_DELAY_S)
-
-    @property
-    def doubtful(self) -> tuple[D, ...]:
-        """Return the drives whose last reading is in doubt."""
-        return tuple(each for each in self.drives if each.finding is DriveFinding.DOUBTED)
-
-    @property
-    def to_reread(self) -> tuple[D, ...]:
-        """Those that are to be asked again: none has been asked since that reading."""
-        return tuple(each for each in self.doubtful if each.ledger.asked_s <= each.read_s)
-
-    @property
-    def due_s(self) -> float:
-        """When the next retry or rejection is due."""
-        replied_s = self.replied_s
-        asked_s = min(each.ledger.retry_s(replied_s) for each in self.drives)
-        return min(asked_s, self.rejected_s)
-
-    @property
-    def rejected_s(self) -> float:
-        """When a rejection is due; infinity if there is none."""
-        return min(each.rejections.due_s for each in self.drives)
-
-    def to_retry(self, now_s: float) -> tuple[D, ...]:
-        """Return the drives to ask again: they are silent while others reply."""
-        replied_s = self.replied_s
-        return tuple(each for each in self.drives if now_s >= each.ledger.retry_s(replied_s))
-
-    # -- verdicts -----------------------------------------------------------------------------
-
-    def judge(self) -> Verdict | None:
-        """Return the verdict that ends the motion, or None."""
-        for drive in self.drives:
-            if drive.finding.ends:
-                return drive.verdict
-        return self.silence()
-
-    def silence(self) -> Verdict | None:
-        """Return the verdict on drives that leave polls unanswered, or reply late; or None."""
-        drive = max(self.drives, key=lambda each: each.ledger.unanswered_polls)
-        others = self.replied_s > drive.ledger.open_s
-        if self._outages >= LATE_OUTAGES:
-            finding = DriveFinding.LATE
-        elif drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
-            return None
-        else:
-            finding = DriveFinding.MUTE if others else DriveFinding.SILENT
-        return Verdict(drive, finding, drive.count, drive.course.place)
 
 
 def unwrapped(

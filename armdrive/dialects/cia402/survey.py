@@ -15,8 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import SURPLUS_LIMIT
+from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S, SURPLUS_LIMIT
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,

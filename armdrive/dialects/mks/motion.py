@@ -27,7 +27,6 @@ from armdrive.dialects.bus.drives import (
 )
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
-from armdrive.dialects.bus.observer import Verdict
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
@@ -35,6 +34,7 @@ from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
+from armdrive.dialects.mks.observer import Verdict
 from armdrive.dialects.mks.steering import Steering, Trip
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
 from armdrive.tasks import (
@@ -231,7 +231,7 @@ class MotionRun:
             missing = yield from io.look()  # a second reading of drives that are out of reach
         elsewhere = [each for each in self._silent if each.is_elsewhere]
         if elsewhere and not missing:
-            return elsewhere[0].verdict
+            return Verdict.on_reading(elsewhere[0])
         left = self.braking.left
         self.braking.left = [drive for drive in left if drive not in missing]
         if missing:
@@ -480,7 +480,7 @@ class Arriving:
         """
         for drive in self._io.under_way:
             if drive.is_elsewhere:
-                return drive.verdict
+                return Verdict.on_reading(drive)
             if drive.read_s < self._asked_s or drive.absence.suspected:
                 continue
             if drive.state is MotorState.STOPPED:
@@ -521,7 +521,7 @@ def found_off_path(run: MotionRun) -> Verdict | None:
     trip = run.trip
     for motor, drive in enumerate(run.io.drives):
         if drive.is_elsewhere:
-            return drive.verdict
+            return Verdict.on_reading(drive)
         if trip is None:
             continue
         early_s = max(trip.time_s - KEPT_S, 0.0)

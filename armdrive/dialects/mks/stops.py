@@ -221,7 +221,7 @@ class MksStops:
                 continue
             pushing[drive] = off
             rpm = min(rpm_within(abs(off), RELIEF_S), RELIEF_MAX_RPM)
-            drive.rejections.forget()
+            drive.rejections.clear()
             io.send(drive, MoveAbsoluteAxis(here, rpm, io.settings.acceleration))
         return pushing
 

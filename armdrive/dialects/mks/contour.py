@@ -12,8 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
-from armdrive.dialects.bus.observer import WEAK_LOOKS, ObservedDrive, Verdict
+from armdrive.dialects.bus.observer import WEAK_LOOKS
 from armdrive.dialects.bus.paths import KEPT_S, PlannedPath
+from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.mks.observer import Verdict
 
 APART_SHARE = 0.2
 """Drives are apart if no single time offset explains all positions within this share of what still
@@ -25,7 +27,7 @@ WEAK_SHARE = 0.75
 class ContourCheck:
     """The drives of one motion on their common path."""
 
-    def __init__(self, drives: Sequence[ObservedDrive], path: PlannedPath) -> None:
+    def __init__(self, drives: Sequence[MksDrive], path: PlannedPath) -> None:
         self._drives, self._path = drives, path
         self.apart = False
         """Whether a drive was behind the others at the last look."""
