@@ -12,10 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
-from armdrive.dialects.bus.observer import WEAK_LOOKS
 from armdrive.dialects.bus.paths import KEPT_S, PlannedPath
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.observer import Verdict
+from armdrive.dialects.mks.polled import WEAK_LOOKS
 
 APART_SHARE = 0.2
 """Drives are apart if no single time offset explains all positions within this share of what still

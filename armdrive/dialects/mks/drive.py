@@ -6,7 +6,7 @@ import math
 from typing import TypeAlias
 
 from armdrive.dialects.bus.intervals import Bounds
-from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.mks.polled import PolledDrive
 from armdrive.dialects.mks.settings import MksSettings
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
@@ -105,7 +105,7 @@ class Rejections:
         return True
 
 
-class MksDrive(ObservedDrive):
+class MksDrive(PolledDrive):
     """One drive of an arm."""
 
     def __init__(self, node: int, name: str, settings: MksSettings) -> None:
