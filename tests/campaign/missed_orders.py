@@ -6,8 +6,8 @@ happens if a program dies while it sends one order to each drive, and on a line 
 """
 
 from armdrive.dialects.bus.intervals import MAX_DELAY_S
-from armdrive.dialects.bus.ledger import REJECTION_LIMIT, START_WINDOW_S
 from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.mks.drive import REJECTION_LIMIT, START_WINDOW_S
 from armdrive.dialects.mks.settings import MksSettings
 
 from .excuses import MissedOrders, one_motor_rates_rad_s, shared_joints

@@ -6,7 +6,6 @@ Read in this order:
     ledger     the open questions to a drive, the replies that it owes, how many it may miss
     intervals  where a healthy shaft can be, and what a reading shows that lies elsewhere
     observer   conclusions from the orders, questions and replies of each drive
-    contour    the drives of a motion compared with their common path
     phases     what the drives of an arm do together: the table of phases and signals, and the
                stages of every dialect: the end of an earlier motion, stopping, homing
     drives     the motors of an arm, one drive each; ids, settings, missing drives
@@ -33,19 +32,19 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               CiA 402: its settings are gone when it is contacted            cia402.contact
   elsewhere   out of reach twice, otherwise                                  observer
               at rest: is read off its place                                 mks, cia402.contact
-  off path    no single time offset explains all positions, at two looks     contour
+  off path    no single time offset explains all positions, at two looks     mks.contour
               MKS: came to rest beyond where its stop can have led it        mks.stops
-  weak        turned less than three quarters of what another drive          contour
+  weak        turned less than three quarters of what another drive          mks.contour
               turned, at five looks, and is half a corridor off its path
-  mute        missed four polls while another drive replied                  observer
+  mute        MKS: missed four polls while another drive replied             mks.observer
               MKS, braking: missed eight                                     mks.stops
               CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
               CiA 402, at rest: missed 3.5 heartbeats and four questions,    cia402.exchange
               or did not answer a request
-  silent      all drives missed ten polls                                    observer
-  late        five outages, and no reading in time since the first           observer
+  silent      MKS: all drives missed ten polls                               mks.observer
+  late        MKS: five outages, and no reading in time since the first      mks.observer
               CiA 402: five, and no SYNC was answered in time                cia402.leading
-  unfit       MKS: rejects two orders, and has stalled, has no current or    ledger, mks.motion
+  unfit       MKS: rejects two orders, and has stalled, has no current or    mks.drive
               is in another mode; or a limit switch has stopped it
               CiA 402: was not enabled for a cycle                           cia402.drives
               CiA 402: is in another mode                                    cia402.leading

@@ -48,6 +48,10 @@ SLOW_BUS = (
     f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s. {BUS_REMEDY}"
 )
 
+LATE_OUTAGES = 5
+"""After this many outages without one prompt reading between them, all replies of this bus are
+late. After any other outage the next question is answered promptly."""
+
 
 def not_heard_words(who: str) -> str:
     """Return that drives (`who`, in words) did not answer for a while, and what to check."""
@@ -70,6 +74,9 @@ LINGER_S = 0.03
 
 LAST_REPLY_S = 0.2
 """An answer that is later than this will never come, even on a busy computer."""
+
+SURPLUS_LIMIT = 2
+"""This many more replies than questions come from two drives. One more may be a repeated frame."""
 
 
 def absent_words(drives: Sequence[object], number: str) -> str:

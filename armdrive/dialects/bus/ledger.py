@@ -1,10 +1,7 @@
 """Track the questions and orders sent to one drive, and the replies it still owes. Seconds.
 
-    Ledger          the open questions: when a reading was sampled, when to ask again, who is mute
-    Absence         whether the drive had no power for a moment
-    Rejections      the orders that it rejected
-    SurplusAnswers  whether two drives answer to one id
-    LateReplies     whether a surplus reply is only late
+    Ledger   the open questions: when a reading was sampled, when to ask again, who is mute
+    Absence  whether the drive had no power for a moment
 
 A reply does not name the question it answers. So a position was sampled at some moment since the
 oldest open question was sent, and a drive that leaves replies out for long may have had no power.
@@ -13,7 +10,7 @@ oldest open question was sent, and a drive that leaves replies out for long may 
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
+from collections import deque
 
 REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
@@ -244,121 +241,3 @@ class Ledger:
     @property
     def _retry_period_s(self) -> float:
         return max(RETRY_PERIOD_S, self.longest_wait_s)
-
-
-SURPLUS_LIMIT = 2
-"""This many more replies than questions come from two drives. One more may be a repeated frame."""
-
-
-class SurplusAnswers:
-    """Counts by which number each drive's replies exceed the questions, by drive and code.
-
-    Both are counted for as long as they come, so late replies do not count as surplus.
-    """
-
-    def __init__(self) -> None:
-        self._surplus: Counter[tuple[int, int]] = Counter()
-
-    def asked(self, node: int, code: int) -> None:
-        """Record a question that has one reply."""
-        self._surplus[node, code] -= 1
-
-    def answered(self, node: int, code: int) -> None:
-        """Record a reply, expected or not."""
-        self._surplus[node, code] += 1
-
-    def clear(self) -> None:
-        """Start counting from zero."""
-        self._surplus.clear()
-
-    @property
-    def shared(self) -> tuple[int, ...]:
-        """The ids that more than one drive has replied to."""
-        over = {node for (node, _), more in self._surplus.items() if more >= SURPLUS_LIMIT}
-        return tuple(sorted(over))
-
-    def owed_by(self, node: int, code: int) -> int:
-        """Return how many questions to a drive were not answered."""
-        return max(-self._surplus[node, code], 0)
-
-    @property
-    def owed(self) -> bool:
-        """Whether a question is still open."""
-        return any(more < 0 for more in self._surplus.values())
-
-
-LATE_REPLY_MAX_S = 5.0
-"""A reply to a question that was given up longer ago than this is not explained by lateness."""
-
-
-class LateReplies:
-    """When each question was given up, by drive and reply code. Seconds.
-
-    A busy computer asks again before it has read the first reply, and then receives two.
-    """
-
-    def __init__(self) -> None:
-        self._given_up_s: dict[tuple[int, int], deque[float]] = {}
-
-    def give_up(self, node: int, code: int, now_s: float) -> None:
-        """Record that a reply is no longer waited for."""
-        self._given_up_s.setdefault((node, code), deque(maxlen=16)).append(now_s)
-
-    def takes(self, node: int, code: int, now_s: float) -> bool:
-        """Return whether a late reply explains this surplus one; each explains only one."""
-        given_up = self._given_up_s.get((node, code))
-        while given_up:
-            if now_s <= given_up.popleft() + LATE_REPLY_MAX_S:
-                return True
-        return False
-
-
-START_WINDOW_S = 0.01
-"""A drive that accepts an order says "started" within this time of the "failed" it sends for the
-order that was replaced, before or after it."""
-REJECTION_LIMIT = 2
-"""A drive is examined after this many rejections in a row. After a single one, its "started" may
-have been lost."""
-
-
-class Rejections:
-    """The orders that one drive has rejected since it accepted one. Seconds.
-
-    A moving drive reports "failed" for an order that a newer one replaces, and also for an order
-    that it rejects; no bit tells the two apart. But next to the first it reports that the newer
-    order has started.
-    """
-
-    def __init__(self) -> None:
-        self.due_s = math.inf
-        """When the last "failed" counts as a rejection; infinity if the drive accepts orders."""
-        self.started_s = -math.inf
-        """When it reported last that an order has started."""
-        self._count = 0
-
-    def taken(self, now_s: float) -> None:
-        """Record that an order has started."""
-        self._count = 0
-        self.due_s, self.started_s = math.inf, now_s
-
-    def refused(self, now_s: float) -> None:
-        """Record a "failed", for this order or the one that it replaced."""
-        if now_s > self.started_s + START_WINDOW_S:
-            self.due_s = min(self.due_s, now_s + START_WINDOW_S)
-
-    @property
-    def pending(self) -> bool:
-        """Whether it has reported a "failed" for which no "started" came."""
-        return math.isfinite(self.due_s)
-
-    def confirm(self) -> bool:
-        """Count the due "failed" as a rejection; return whether the drive is to be examined."""
-        self.due_s, self._count = math.inf, self._count + 1
-        if self._count < REJECTION_LIMIT:
-            return False
-        self._count = 0
-        return True
-
-    def forget(self) -> None:
-        """Forget rejections of earlier orders."""
-        self.due_s, self._count = math.inf, 0

@@ -1,21 +1,12 @@
-"""Conclude from orders, questions and replies where each drive is, and whether it is sound.
+"""Conclude from its orders, questions and replies where a drive is, and whether it is sound.
 
-    ObservedDrive  one drive: its orders and readings, and the finding of its last reading
-    Observer       the drives of an arm together: outages, drives that do not reply
-
-A verdict says whether a reading lies in the interval in which a healthy shaft can be, or for how
-long none came: the table is in `dialects.bus`. Reach and following are in `intervals`. Here are two
-more:
+A finding says whether its last reading lies in the interval in which a healthy shaft can be: the
+table is in `dialects.bus`. Reach and following are in `intervals`. Here is one more:
 
     from zero   as far as any order in force lets it turn since it may have restarted
-    rest        after a stop: between where its orders had it, its target and, if it was silent,
-                where it was read last, plus a corridor
 
-After an outage the orders that a drive has received, and when, are not known. So its course begins
-again at its reading, at the speed that two prompt readings show, and it is judged from there on.
-
-Rules that no interval expresses are in `ledger` (absence, late replies, rejections) and `contour`
-(the drives together: off path, weak).
+Whether it had no power for a moment is in `ledger`. MKS drives are also judged after a stop and an
+outage (`mks.polled`), and together (`mks.observer`, `mks.contour`).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -23,13 +14,9 @@ Pure: no clock, no wire. Counts, seconds.
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Generic, TypeVar
+from collections.abc import Iterable
 
 from armdrive.dialects.bus.intervals import (
-    MAX_DELAY_S,
     PROGRESS_SHARE,
     Bounds,
     DriveFinding,
@@ -39,116 +26,12 @@ from armdrive.dialects.bus.intervals import (
     Reading,
     covered,
 )
-from armdrive.dialects.bus.ledger import EPSILON_S, MUTE_POLLS, Ledger, Rejections
-from armdrive.dialects.bus.paths import Courses, Interval
+from armdrive.dialects.bus.ledger import Ledger
+from armdrive.dialects.bus.paths import Courses
 from kinematics.spaces import Motors
 
 PROMPT_REPLY_S = 0.03
 """A reply takes at most this long, unless the computer is busy."""
-SPEED_SPAN_S = 0.03
-"""Two readings no farther apart than this tell a drive's speed. It changes little in that time;
-and if one reply was so late that its moment is uncertain, they seem farther apart."""
-APART_S = 0.01
-"""Two readings at least this far apart show that a drive stands, if it has not turned."""
-READINGS = 16
-"""Readings kept to find one that is surely older than the last, however late replies come."""
-WEAK_LOOKS = 5
-"""A drive is weak only if it is too slow at this many looks in a row."""
-WEAK_MIN_CORRIDOR = 0.1
-"""It must have been ordered to turn this share of the corridor from look to look, ..."""
-WEAK_SPACING_S = 0.08
-"""... and looks closer together than this count as one: orders and replies that are late by some
-hundredths of a second affect all drives, and pass."""
-OUTAGE_S = 0.06
-"""No reply for this long although questions are open means a bus outage: a reply takes no longer
-than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer: see
-`Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
-LATE_OUTAGES = 5
-"""After this many outages without one prompt reading between them, all replies of this bus are
-late. After any other outage the next question is answered promptly."""
-SILENT_POLLS = 10
-"""If all drives are silent, they get this many polls: then the computer is usually late."""
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """A conclusion about a drive: its count, and its place by its orders."""
-
-    drive: ObservedDrive
-    finding: DriveFinding
-    count: int
-    place: float
-
-
-class LatestReadings:
-    """The latest readings of one drive. One that stands counts up to `tremble` more or less."""
-
-    def __init__(self, tremble: int) -> None:
-        self._tremble = tremble
-        self._each: deque[Reading] = deque(maxlen=READINGS)
-        self._still: Reading | None = None
-        """The first of the latest ones that all found it in one place."""
-
-    def add(self, reading: Reading) -> None:
-        """Add the next reading."""
-        self._each.append(reading)
-        if self._still is None or abs(reading.count - self._still.count) > self._tremble:
-            self._still = reading
-
-    @property
-    def last(self) -> Reading | None:
-        """The last one."""
-        return self._each[-1] if self._each else None
-
-    @property
-    def still_s(self) -> float:
-        """Since when they find the drive in one place; infinity before the first one."""
-        return math.inf if self._still is None else self._still.read_s
-
-    @property
-    def two_apart(self) -> tuple[Reading, Reading] | None:
-        """The last one, after the latest that is surely older: that one had arrived before."""
-        if not self._each:
-            return None
-        last = self._each[-1]
-        older = (each for each in reversed(self._each) if each.read_s + APART_S <= last.asked_s)
-        before = next(older, None)
-        return None if before is None else (before, last)
-
-
-class TurnedShares:
-    """How far one drive turned from look to look, as a share of what it was ordered to turn.
-
-    It tells nothing while a drive was ordered to turn less than `least` from look to look.
-    """
-
-    def __init__(self, least: float) -> None:
-        self._least = least
-        self._looks: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
-        """How far it turned, and how far it was ordered to."""
-        self._began_s = -math.inf
-        """When the last of these looks began."""
-
-    def clear(self) -> None:
-        """Forget all looks."""
-        self._looks.clear()
-
-    def add(self, turned: float, ran: float, now_s: float) -> None:
-        """Add how far the drive turned since the last look, and how far it was ordered to."""
-        turned, ran = turned if ran > 0.0 else -turned, abs(ran)
-        if self._looks and now_s < self._began_s + WEAK_SPACING_S:
-            before = self._looks.pop()
-            turned, ran = turned + before[0], ran + before[1]
-        else:
-            self._began_s = now_s
-        self._looks.append((turned, ran))
-
-    @property
-    def each(self) -> list[float]:
-        """The share at each look; empty if they tell nothing."""
-        if len(self._looks) < WEAK_LOOKS or any(ran < self._least for _, ran in self._looks):
-            return []
-        return [turned / ran for turned, ran in self._looks]
 
 
 class ObservedDrive:
@@ -161,36 +44,29 @@ class ObservedDrive:
         """Where it probably is."""
         self.ledger = Ledger()
         self.absence = self.ledger.absence
-        self.rejections = Rejections()
+        self.confirmed_s = -math.inf
+        """When it confirmed last that it has taken an order; never, if such drives do not."""
         self.count = 0
         """Its last count."""
         self.read_s = -math.inf
         """When that was read; minus infinity before the first reading."""
         self.asked_s = -math.inf
         """The earliest moment at which the last reading can have been sampled."""
-        self.prompt_s = -math.inf
-        """When the last reading came that was surely sampled within the allowed delay."""
-        self.frame_s = -math.inf
-        """When the last frame from it arrived, requested or not."""
         self.moving = False
         """Whether it has received a target and was not seen to stand since."""
         self.fresh = False
         """Whether it has received no target since it was found standing."""
-        self.lag = 0.0
-        """How far its orders were ahead of it at the last reading."""
         self.finding = DriveFinding.FITS
         """What its last reading shows."""
-        self.sent = Interval(0.0, 0.0)
-        """The range of its targets since it stood last."""
-        self.shares = TurnedShares(WEAK_MIN_CORRIDOR * bounds.corridor)
-        self._readings = LatestReadings(bounds.tremble)
+        self._last: Reading | None = None
+        """Its last reading."""
+        self._still: Reading | None = None
+        """The first of its latest readings that all found it in one place, but for a tremble."""
         self._reach, self._following = Reach(bounds), Following(bounds)
         self._met: Look | None = None
         """The look that the course was last compared with."""
-        self._place = 0.0
+        self.place = 0.0
         """Where its course had it at the last reading."""
-        self._rest = Interval(-math.inf, math.inf)
-        """Where it may come to rest after a stop."""
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -206,61 +82,22 @@ class ObservedDrive:
         """Record an order with its speed and ramp."""
         self._courses.order(goal, speed, slope, now_s)
         self.moving, self.fresh = True, False
-        if goal not in self.sent:
-            self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
-
-    def stop(self, now_s: float) -> None:
-        """Record a stop: the drive comes to rest between its present place and its target.
-
-        One that has been silent may have missed its orders, and be where it was read last.
-        """
-        self.course.advance(now_s)
-        ends = [self.course.place, self.course.goal]  # the stop may be lost: then it goes on
-        if now_s > self.read_s + self.bounds.late_s:
-            ends.append(float(self.count))
-        margin = self.bounds.corridor + self._late(now_s)
-        self._rest = Interval(min(ends), max(ends)).widened(margin)
 
     def rest_at(self, count: int, now_s: float) -> None:
         """Record that the drive stands at a count."""
         self._courses.rest_at(count, now_s)
         self.moving = self.fresh = False
-        self.sent, self._rest = Interval(count, count), Interval(-math.inf, math.inf)
         self.ledger.forget()
-        self._restart_comparison(now_s)
-
-    def stand(self, now_s: float) -> None:
-        """Record that the drive stands: at its target if it is near it, otherwise at its count.
-
-        Its course may have left both: it followed the readings of a drive that homed by itself.
-        """
-        if self.moving or not self.is_near:
-            self.rest_at(self.count, now_s)
-            return
-        self._courses.rest_at(self.goal, now_s)
-        self._restart_comparison(now_s)
-
-    def resume_from_reading(self, now_s: float) -> None:
-        """Let its course continue from the last reading, at its time; the target stays.
-
-        The drive is judged from there on: its orders during the outage may have come late.
-        """
-        self.finding = DriveFinding.FITS
-        at, speed = float(self.count), self.measured_speed or 0.0
-        self._courses.put(at, speed, self.asked_s, now_s)
         self._restart_comparison(now_s)
 
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
-        self._reach.begin(self._readings.last)
+        self._reach.begin(self._last)
         self.finding = DriveFinding.FITS
         self.ledger.forget()  # it was read after anything it missed while standing
-        self.rejections.forget()
 
     def _restart_comparison(self, now_s: float) -> None:
-        self.lag = 0.0
         self._following.begin()
-        self.shares.clear()
         self._met = Look(self.course.place, self.course.place, now_s)
 
     # -- readings -----------------------------------------------------------------------------
@@ -270,16 +107,13 @@ class ObservedDrive:
         self._courses.advance(now_s)
         self.asked_s = self.ledger.located(now_s)
         self.count, self.read_s = count, now_s
-        if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
-            self.prompt_s = now_s
-        reading = Reading(count, self.asked_s, now_s)
-        self._readings.add(reading)
+        self._last = reading = Reading(count, self.asked_s, now_s)
+        if self._still is None or abs(count - self._still.count) > self.bounds.tremble:
+            self._still = reading
         self.absence.conclude(now_s)
         off = self._courses.off(count, self._ordered_from_s)
         self._reach.add(reading, self._courses, off)
-        if self._reach.is_within:
-            self.lag = self.course.place - count
-        self.finding, self._place = self._judge(reading, off), self.course.place
+        self.finding, self.place = self._judge(reading, off), self.course.place
         if self.moving and self.finding in (DriveFinding.FITS, DriveFinding.BEHIND):
             self._correct_courses(reading)
 
@@ -298,8 +132,8 @@ class ObservedDrive:
             self.absence.acquit()  # its count proves that it kept its power
         if not self._reach.is_within:
             return DriveFinding.DOUBTED
-        place, confirmed_s = self.course.place, self.rejections.started_s
-        return self._following.judge(reading, place, off, self.still_s, confirmed_s)
+        place = self.course.place
+        return self._following.judge(reading, place, off, self.still_s, self.confirmed_s)
 
     def _correct_courses(self, reading: Reading) -> None:
         """Move its courses towards the reading.
@@ -308,14 +142,18 @@ class ObservedDrive:
         blocked shaft would never be found. Only prompt replies count, since a late one belongs to
         another moment.
         """
-        count, place, now_s = reading.count, self.course.place, reading.read_s
-        met = self._met or Look(count, place, now_s)
-        turned, ran = count - met.count, place - met.place
-        self.shares.add(turned, ran, now_s)
+        turned, ran = self._progress(reading)
+        count, now_s = reading.count, reading.read_s
         prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
             self._courses.correct(count, self.ledger.asked_s, self._ordered_from_s)
         self._met = Look(count, self.course.place, now_s)
+
+    def _progress(self, reading: Reading) -> tuple[float, float]:
+        """Return how far it turned since its course was compared last, and how far that ran."""
+        if self._met is None:
+            return 0.0, 0.0
+        return reading.count - self._met.count, self.course.place - self._met.place
 
     # -- intervals ----------------------------------------------------------------------------
 
@@ -323,14 +161,6 @@ class ObservedDrive:
     def _ordered_from_s(self) -> float:
         """Since when its orders may have had it where the last reading found it."""
         return self.asked_s - self.bounds.late_s
-
-    def _late(self, now_s: float) -> float:
-        """Return how far it turns during the allowed delay."""
-        return covered(self.course.in_force(now_s).fastest, self.bounds.late_s)
-
-    def margin(self, now_s: float) -> float:
-        """Return how far it may be from the common path of all drives."""
-        return self.bounds.corridor + self._late(now_s - self.bounds.late_s)
 
     def counts_from_zero(self, since_s: float, now_s: float) -> bool:
         """Return whether its count can have started at zero since then, or lost whole turns.
@@ -347,68 +177,9 @@ class ObservedDrive:
         return bool(turns) and near and -rest <= count < self.bounds.turn + rest
 
     @property
-    def verdict(self) -> Verdict:
-        """The verdict on its last reading."""
-        return Verdict(self, self.finding, self.count, self._place)
-
-    @property
-    def is_elsewhere(self) -> bool:
-        """Whether it was out of reach twice: no shaft can have turned there."""
-        return self.finding in (DriveFinding.RESTARTED, DriveFinding.ELSEWHERE)
-
-    def may_have_restarted(self, now_s: float) -> bool:
-        """Whether its next order might turn it from a new zero.
-
-        It is silent, or out of reach, or still owes replies: then it was not read since, or may
-        count from zero.
-        """
-        if self.finding is DriveFinding.DOUBTED or self.ledger.silent:
-            return True
-        away_s = self.absence.suspected_s
-        return self.absence.suspected and (
-            self.read_s < away_s or self.counts_from_zero(away_s, now_s)
-        )
-
-    @property
-    def is_within_reach(self) -> bool:
-        """Whether a shaft can have turned to its last count."""
-        return self._reach.is_within
-
-    @property
-    def rests_off_path(self) -> bool:
-        """Whether it came to rest outside the interval of its stop."""
-        return bool(self.course.max_speed) and self.count not in self._rest
-
-    @property
     def still_s(self) -> float:
         """Since when its readings find it in one place; infinity before the first one."""
-        return self._readings.still_s
-
-    @property
-    def measured_speed(self) -> float | None:
-        """Its speed at the last reading, measured from an earlier one; None if they do not tell.
-
-        After an outage nothing else tells it: which orders the drive has received, and when, is not
-        known, so it may stand, brake or have turned back. It still gains speed towards its target,
-        but no more than lets it brake there. Where replies are so late that they do not tell the
-        speed of a drive that turns, they tell that it stands once it has come to its target.
-        """
-        found, course = self._readings.two_apart, self.course
-        if found is None:
-            return None
-        before, last = found
-        turned = last.count - before.count
-        shortest_s, longest_s = last.asked_s - before.read_s, last.read_s - before.asked_s
-        if abs(turned) <= self.bounds.tremble or not self.moving:
-            return 0.0
-        if longest_s > SPEED_SPAN_S:
-            return None  # its speed may have changed since
-        mean = 2.0 * turned / (shortest_s + longest_s)
-        left = course.goal - last.count
-        brakable = math.sqrt(2.0 * course.slope * abs(left)) if left else 0.0
-        most = min(max(course.max_speed, abs(mean)), brakable)
-        sign = math.copysign(1.0, left)
-        return sign * min(sign * mean + course.slope * longest_s / 2.0, most)
+        return math.inf if self._still is None else self._still.read_s
 
     @property
     def is_located(self) -> bool:
@@ -419,11 +190,6 @@ class ObservedDrive:
     def is_near(self) -> bool:
         """Whether its last count is at its target."""
         return self.is_located and abs(self.count - self.goal) <= self.bounds.rest
-
-    @property
-    def is_on_path(self) -> bool:
-        """Whether its last count is between targets that it received."""
-        return self.count in self.sent.widened(self.bounds.corridor)
 
     # -- register -----------------------------------------------------------------------------
 
@@ -440,130 +206,6 @@ class ObservedDrive:
             self.rest_at(there, now_s)
             self.fresh = True
         return self.goal
-
-
-D = TypeVar("D", bound=ObservedDrive)
-
-
-class Observer(Generic[D]):
-    """The drives of one arm, and the conclusions about all of them."""
-
-    def __init__(self, drives: Sequence[D]) -> None:
-        self.drives = tuple(drives)
-        self.returned = False
-        """Whether a drive has replied again after an outage, until the motion takes that up."""
-        self.outage_s = 0.0
-        """How long that outage was."""
-        self.replied_s = -math.inf
-        """When any drive replied last."""
-        self._by_node = {drive.node: drive for drive in self.drives}
-        self._outages = 0  # since the last prompt reading
-        self._last_outage_s = -math.inf
-
-    def __getitem__(self, node: int) -> D:
-        return self._by_node[node]
-
-    def find(self, node: int | None) -> D | None:
-        """Return the drive with an id; None if there is none."""
-        return None if node is None else self._by_node.get(node)
-
-    def watch(self) -> None:
-        """Begin a motion: judge all drives from now on."""
-        self._outages, self.returned = 0, False
-        for drive in self.drives:
-            drive.watch()
-
-    def sent(self, drive: D, now_s: float, *, owes: bool) -> None:
-        """Record a frame to a drive that needs a reply."""
-        others = (each.ledger.replied_s for each in self.drives if each is not drive)
-        drive.ledger.sent(now_s, max(others, default=0.0), owes=owes)
-
-    def replied(self, drive: D, now_s: float, *, settles: bool, asked: bool = True) -> None:
-        """Record a frame from a drive, as in `Ledger.replied`.
-
-        After an outage each drive may have lost its power: a failing supply looks like a bus
-        outage, but orders sent meanwhile are never answered.
-        """
-        if asked and self.in_outage(now_s):
-            prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
-            self._outages = 1 if prompt else self._outages + 1
-            self.outage_s, self.returned = self.silent_s(now_s), True
-            self._last_outage_s = now_s
-            for ledger in (each.ledger for each in self.drives):
-                ledger.timeout_s = max(ledger.timeout_s, self.outage_s + OUTAGE_S)
-                ledger.suspect(now_s + ledger.timeout_s)
-                ledger.unanswered_polls = 0  # no drive replied, so none is to blame
-        if asked:
-            self.replied_s = now_s
-        drive.ledger.replied(now_s, settles=settles, asked=asked)
-
-    @property
-    def suspects(self) -> bool:
-        """Whether a drive that may have been away may still send the replies it owes."""
-        return any(drive.absence.suspected for drive in self.drives)
-
-    def silent_s(self, now_s: float) -> float:
-        """Return how long questions have been open without any reply; 0 if one came."""
-        replied_s = self.replied_s
-        opened = (drive.ledger.open_s for drive in self.drives)
-        since_s = min((at_s for at_s in opened if at_s >= replied_s), default=math.inf)
-        return max(now_s - since_s, 0.0)
-
-    def in_outage(self, now_s: float) -> bool:
-        """Return whether all drives have been silent for longer than they ever need to reply."""
-        silent_s = self.silent_s(now_s)
-        if silent_s <= OUTAGE_S:
-            return False
-        slowest_s = max(drive.ledger.longest_wait_s for drive in self.drives)
-        return silent_s > min(slowest_s, MAX_DELAY_S)
-
-    @property
-    def doubtful(self) -> tuple[D, ...]:
-        """Return the drives whose last reading is in doubt."""
-        return tuple(each for each in self.drives if each.finding is DriveFinding.DOUBTED)
-
-    @property
-    def to_reread(self) -> tuple[D, ...]:
-        """Those that are to be asked again: none has been asked since that reading."""
-        return tuple(each for each in self.doubtful if each.ledger.asked_s <= each.read_s)
-
-    @property
-    def due_s(self) -> float:
-        """When the next retry or rejection is due."""
-        replied_s = self.replied_s
-        asked_s = min(each.ledger.retry_s(replied_s) for each in self.drives)
-        return min(asked_s, self.rejected_s)
-
-    @property
-    def rejected_s(self) -> float:
-        """When a rejection is due; infinity if there is none."""
-        return min(each.rejections.due_s for each in self.drives)
-
-    def to_retry(self, now_s: float) -> tuple[D, ...]:
-        """Return the drives to ask again: they are silent while others reply."""
-        replied_s = self.replied_s
-        return tuple(each for each in self.drives if now_s >= each.ledger.retry_s(replied_s))
-
-    # -- verdicts -----------------------------------------------------------------------------
-
-    def judge(self) -> Verdict | None:
-        """Return the verdict that ends the motion, or None."""
-        for drive in self.drives:
-            if drive.finding.ends:
-                return drive.verdict
-        return self.silence()
-
-    def silence(self) -> Verdict | None:
-        """Return the verdict on drives that leave polls unanswered, or reply late; or None."""
-        drive = max(self.drives, key=lambda each: each.ledger.unanswered_polls)
-        others = self.replied_s > drive.ledger.open_s
-        if self._outages >= LATE_OUTAGES:
-            finding = DriveFinding.LATE
-        elif drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
-            return None
-        else:
-            finding = DriveFinding.MUTE if others else DriveFinding.SILENT
-        return Verdict(drive, finding, drive.count, drive.course.place)
 
 
 def unwrapped(

@@ -42,6 +42,7 @@ from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
 MIN_HZ = 1.0
+"""The least speed that is commanded, in increments a second: drives count whole ones."""
 CONFIRM_CYCLES = 8
 """At most this many cycles pass until a drive is seen to stand and has left its quick stop."""
 SET_POINT_CYCLES = 4

@@ -15,9 +15,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 
-from armdrive.dialects.bus.drives import SLOW_BUS, not_heard_words
+from armdrive.dialects.bus.drives import LATE_OUTAGES, SLOW_BUS, not_heard_words
 from armdrive.dialects.bus.intervals import DriveFinding
-from armdrive.dialects.bus.observer import LATE_OUTAGES
 from armdrive.dialects.bus.phases import (
     Act,
     Acts,

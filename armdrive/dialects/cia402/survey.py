@@ -15,8 +15,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
-from armdrive.dialects.bus.ledger import SURPLUS_LIMIT
+from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S, SURPLUS_LIMIT
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
@@ -86,7 +85,9 @@ from firmware_protocol.frames import Frame, pack
 ASK_S = 0.02
 """Timeout of the first question to a node; drives answer within some milliseconds."""
 PAUSE_S = 0.005
+"""How long the bus is left alone after an answer: other programs on it go on (a guess)."""
 ROUNDS = 2
+"""How often a node is asked at most: one lost frame must not hide a drive."""
 
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,

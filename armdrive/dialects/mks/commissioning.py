@@ -85,6 +85,7 @@ def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
 # Calibrating a drive's encoder against its motor. The motor turns, so its shaft must be free.
 
 LONGEST_S = 60.0
+"""The longest time that a calibration is waited for; the manual states none (a guess)."""
 CALIBRATION_LOOK_S = 0.1
 """How often its state is read, which also feeds its watchdog."""
 BEGUN_S = 0.5

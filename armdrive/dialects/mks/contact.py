@@ -12,11 +12,11 @@ from typing import NoReturn, TypeAlias
 
 from armdrive.dialects.bus.drives import off_target_words, shared_words
 from armdrive.dialects.bus.intervals import DriveFinding
-from armdrive.dialects.bus.observer import Verdict
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import TURNING, MksDrive, obeys_bus, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
+from armdrive.dialects.mks.observer import Verdict
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (

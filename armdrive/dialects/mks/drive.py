@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import TypeAlias
 
 from armdrive.dialects.bus.intervals import Bounds
-from armdrive.dialects.bus.observer import ObservedDrive
+from armdrive.dialects.mks.polled import PolledDrive
 from armdrive.dialects.mks.settings import MksSettings
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
@@ -57,7 +58,54 @@ RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
 TURNING = (*RUNNING, MotorState.DECELERATING)
 
 
-class MksDrive(ObservedDrive):
+START_WINDOW_S = 0.01
+"""A drive that accepts an order says "started" within this time of the "failed" it sends for the
+order that was replaced, before or after it."""
+REJECTION_LIMIT = 2
+"""A drive is examined after this many rejections in a row. After a single one, its "started" may
+have been lost."""
+
+
+class Rejections:
+    """The orders that one drive has rejected since it accepted one. Seconds.
+
+    A moving drive reports "failed" for an order that a newer one replaces, and also for an order
+    that it rejects; no bit tells the two apart. But next to the first it reports that the newer
+    order has started.
+    """
+
+    def __init__(self) -> None:
+        self.due_s = math.inf
+        """When the last "failed" counts as a rejection; infinity if the drive accepts orders."""
+        self._count = 0
+
+    def clear(self) -> None:
+        """Forget all: an order has started, or earlier orders do not matter any more."""
+        self.due_s, self._count = math.inf, 0
+
+    def refused(self, now_s: float, started_s: float) -> None:
+        """Record a "failed", for this order or the one that it replaced.
+
+        The drive reported last at `started_s` that an order has started.
+        """
+        if now_s > started_s + START_WINDOW_S:
+            self.due_s = min(self.due_s, now_s + START_WINDOW_S)
+
+    @property
+    def pending(self) -> bool:
+        """Whether it has reported a "failed" for which no "started" came."""
+        return math.isfinite(self.due_s)
+
+    def confirm(self) -> bool:
+        """Count the due "failed" as a rejection; return whether the drive is to be examined."""
+        self.due_s, self._count = math.inf, self._count + 1
+        if self._count < REJECTION_LIMIT:
+            return False
+        self._count = 0
+        return True
+
+
+class MksDrive(PolledDrive):
     """One drive of an arm."""
 
     def __init__(self, node: int, name: str, settings: MksSettings) -> None:
@@ -75,12 +123,14 @@ class MksDrive(ObservedDrive):
         self.unfit = False
         """Whether it has reported a stall, no current, or a mode in which the bus moves nothing,
         since the motion began."""
+        self.rejections = Rejections()
         self.two_zeros = ""
         """That its targets count from another place than its readings, in words."""
 
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
         super().watch()
+        self.rejections.clear()
         self.at_limit = self.unfit = False
 
     def follow(self, order: MoveAbsoluteAxis, now_s: float) -> None:
@@ -98,9 +148,10 @@ class MksDrive(ObservedDrive):
         """Record what a message from it shows."""
         match event:
             case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
-                self.rejections.taken(now_s)
+                self.confirmed_s = now_s
+                self.rejections.clear()
             case Failed(_, MoveAbsoluteAxis()) | Superseded():
-                self.rejections.refused(now_s)
+                self.rejections.refused(now_s, self.confirmed_s)
             case LimitStop():
                 self.at_limit = True
             case Answered(_, _, EncoderRead(counts)):

@@ -10,12 +10,13 @@ from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, absence
-from armdrive.dialects.bus.ledger import LAST_TRY_S, LateReplies, SurplusAnswers
-from armdrive.dialects.bus.observer import Observer
+from armdrive.dialects.bus.ledger import LAST_TRY_S
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of
+from armdrive.dialects.mks.observer import Observer
 from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.mks.surplus import LateReplies, SurplusAnswers
 from armdrive.dialects.words import plain
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
 from firmware_protocol.mks import (
@@ -273,7 +274,7 @@ class MksExchange(ScriptIO[Event]):
             case Stray(node, answer) if self._late.takes(node, answer.code, self.now_s):
                 pass
             case Failed(_, MoveAbsoluteAxis()):
-                pass  # for this order or the one it replaced: see `ledger.Rejections`
+                pass  # for this order or the one it replaced: see `drive.Rejections`
             case Stray(node, answer) if not isinstance(answer, Status):
                 self.notify(
                     ProtocolWarning(f"drive {node} answered twice, or late: {plain(answer)}")

@@ -54,6 +54,8 @@ HOMING_SLOPE = slope_of(1)
 """The gentlest ramp that a drive knows, in counts/s²: on which one it brakes when its watchdog ends
 its homing is not published, and it does not report that."""
 HOMING_POLL_S = 0.05
+"""The longest time between two looks at drives that home, since a search takes seconds. Drives with
+a short watchdog are asked as often as in motion, which feeds it."""
 ZERO_COUNTS = COUNTS_PER_TURN // 8
 """A drive that has homed counts from there, give or take what it turned as it braked."""
 
@@ -202,8 +204,8 @@ class Searching:
         """Ask for positions first, since counts restart at the zero; then for states."""
         if now_s < self._due_s:
             return self._due_s
-        self._due_s = now_s + HOMING_POLL_S
         io, left = self._io, self._search.left
+        self._due_s = now_s + min(HOMING_POLL_S, io.settings.poll_s)
         for drive in io.witness(left):
             io.put(drive, ReadEncoder())
         for drive in left:

@@ -1,5 +1,14 @@
 """Lead MKS drives through one motion: what is sent and checked in each of its phases.
 
+    MksMotion   begins a motion: along segments (steered), or to targets already sent (a burst)
+    MotionRun   one motion: what its stages share, and the actions between them
+    Moving      sends targets (`steering`) and polls; judges what the observer and the path say
+    Outage      no drive replies: waits, then reads where all are
+    Arriving    repeats questions until every drive stands at its target
+    MksBraking  the stage of stopping (`stops`)
+
+`bus.phases` has the table that leads from one stage to the next by the signals that they return.
+
 The "done" of a drive may never come. So a drive has arrived when it stands and its encoder is at
 its target. A drive that stands elsewhere has lost its last order, which is repeated, or is blocked.
 """
@@ -18,7 +27,6 @@ from armdrive.dialects.bus.drives import (
 )
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
-from armdrive.dialects.bus.observer import Verdict
 from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
@@ -26,6 +34,7 @@ from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
+from armdrive.dialects.mks.observer import Verdict
 from armdrive.dialects.mks.steering import Steering, Trip
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
 from armdrive.tasks import (
@@ -222,7 +231,7 @@ class MotionRun:
             missing = yield from io.look()  # a second reading of drives that are out of reach
         elsewhere = [each for each in self._silent if each.is_elsewhere]
         if elsewhere and not missing:
-            return elsewhere[0].verdict
+            return Verdict.on_reading(elsewhere[0])
         left = self.braking.left
         self.braking.left = [drive for drive in left if drive not in missing]
         if missing:
@@ -471,7 +480,7 @@ class Arriving:
         """
         for drive in self._io.under_way:
             if drive.is_elsewhere:
-                return drive.verdict
+                return Verdict.on_reading(drive)
             if drive.read_s < self._asked_s or drive.absence.suspected:
                 continue
             if drive.state is MotorState.STOPPED:
@@ -512,7 +521,7 @@ def found_off_path(run: MotionRun) -> Verdict | None:
     trip = run.trip
     for motor, drive in enumerate(run.io.drives):
         if drive.is_elsewhere:
-            return drive.verdict
+            return Verdict.on_reading(drive)
         if trip is None:
             continue
         early_s = max(trip.time_s - KEPT_S, 0.0)

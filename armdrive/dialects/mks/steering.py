@@ -12,9 +12,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from armdrive.dialects.bus.contour import ContourCheck
 from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
+from armdrive.dialects.mks.contour import ContourCheck
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange
 from armdrive.dialects.mks.stops import ramp_to, rpm_within, shared_acc
@@ -206,7 +206,7 @@ class Steering:
         Then its orders were lost, and it may still be where it was read last. A drive that does not
         reply at all may well move on, so it is taken to do that until it is found to be mute.
         """
-        confirmed_s = max(drive.asked_s, drive.rejections.started_s)
+        confirmed_s = max(drive.asked_s, drive.confirmed_s)
         return drive.moving and drive.ledger.replied_s > confirmed_s + MAX_DELAY_S
 
     def _has_news(self, drive: MksDrive, rpm: int) -> bool:

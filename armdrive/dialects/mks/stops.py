@@ -12,12 +12,12 @@ from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.intervals import DriveFinding
 from armdrive.dialects.bus.ledger import MUTE_POLLS
-from armdrive.dialects.bus.observer import APART_S
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.exchange import Obstructed
 from armdrive.dialects.mks.drive import RUNNING, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
+from armdrive.dialects.mks.polled import APART_S
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
@@ -221,7 +221,7 @@ class MksStops:
                 continue
             pushing[drive] = off
             rpm = min(rpm_within(abs(off), RELIEF_S), RELIEF_MAX_RPM)
-            drive.rejections.forget()
+            drive.rejections.clear()
             io.send(drive, MoveAbsoluteAxis(here, rpm, io.settings.acceleration))
         return pushing
 

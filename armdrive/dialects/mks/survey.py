@@ -186,6 +186,7 @@ def is_shared(io: MksExchange, node: int) -> MksScript[bool]:
 ASK_S = 0.02
 """Pause between questions; an answer takes a millisecond."""
 ROUNDS = 2
+"""How often an id is asked at most: one lost frame must not hide a drive."""
 
 
 def ask_round(io: MksExchange) -> MksScript[Survey[KnownDrive]]:

@@ -22,7 +22,7 @@ from mks_bench import (
     total,
 )
 
-from armdrive.dialects.bus.ledger import LATE_REPLY_MAX_S, LateReplies
+from armdrive.dialects.mks.surplus import LATE_REPLY_MAX_S, LateReplies
 from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition, Registers, SwitchOn
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (

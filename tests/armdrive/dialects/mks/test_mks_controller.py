@@ -19,10 +19,10 @@ from mks_bench import (
     straight,
 )
 
-from armdrive.dialects.bus.ledger import START_WINDOW_S, Rejections
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.dialects.mks.controller import MksController
+from armdrive.dialects.mks.drive import START_WINDOW_S, Rejections
 from armdrive.dialects.mks.stops import ramp_to
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -255,8 +255,11 @@ def test_a_drive_is_where_it_was_left_if_it_is_found_within_reach_of_that():
     assert bench.do(ReadPosition()).positions == Motors([103, -200, 292, 0, 5, -6])
 
 
-def test_homing_goes_group_by_group_and_sets_no_zero():
-    bench = MksBench(starts=STARTS).ready()
+@pytest.mark.parametrize(
+    "settings", [{}, {"watchdog_s": 0.04, "poll_s": 0.02}], ids=["as shipped", "shortest watchdog"]
+)
+def test_homing_goes_group_by_group_and_sets_no_zero(settings):
+    bench = MksBench(settings=settings, starts=STARTS).ready()
     assert isinstance(bench.do(HomeDevice(((2,), (0, 1)))), Done)
     homed = [frame.can_id for _, frame in bench.sent if frame.data[0] == Code.HOME]
     assert homed == [3, 1, 2]
@@ -624,22 +627,21 @@ def test_a_started_report_may_be_lost(lost):
     assert not bench.alerts()
 
 
-@pytest.mark.parametrize("first", ["refused", "taken"])
-def test_reports_that_come_together_are_of_one_order(first):
+def test_reports_that_come_together_are_of_one_order():
     denials = Rejections()
-    then = {"refused": "taken", "taken": "refused"}[first]
-    getattr(denials, first)(1.0)
-    getattr(denials, then)(1.0 + START_WINDOW_S / 2.0)
+    denials.refused(1.0, -math.inf)
+    denials.clear()
+    assert denials.due_s > 1e9
+    denials.refused(1.0 + START_WINDOW_S, 1.0 + START_WINDOW_S / 2.0)
     assert denials.due_s > 1e9
 
 
 def test_after_two_rejections_the_drive_is_examined():
     denials = Rejections()
-    denials.taken(0.5)
-    denials.refused(1.0)
+    denials.refused(1.0, 0.5)
     assert denials.due_s == pytest.approx(1.0 + START_WINDOW_S)
     assert not denials.confirm()
-    denials.refused(1.02)
+    denials.refused(1.02, 0.5)
     assert denials.confirm()
 
 

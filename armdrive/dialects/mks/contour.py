@@ -1,12 +1,21 @@
-"""Compare where all drives are with their common path: one that lags alone leads the arm off it."""
+"""Compare where all drives are with their common path: one that lags alone leads the arm off it.
+
+The observer judges each drive by its own orders. That is not enough: each may be within its
+corridor, one early and another late, and the arm between two points of its path in no place that
+was planned. And a weak drive that is steered from where it was read is never far from its orders.
+So here all positions of one look are compared: with each other (is one always slower?), and with
+the path (is there a moment at which all would be where they are?).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
-from armdrive.dialects.bus.observer import WEAK_LOOKS, ObservedDrive, Verdict
 from armdrive.dialects.bus.paths import KEPT_S, PlannedPath
+from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.mks.observer import Verdict
+from armdrive.dialects.mks.polled import WEAK_LOOKS
 
 APART_SHARE = 0.2
 """Drives are apart if no single time offset explains all positions within this share of what still
@@ -18,7 +27,7 @@ WEAK_SHARE = 0.75
 class ContourCheck:
     """The drives of one motion on their common path."""
 
-    def __init__(self, drives: Sequence[ObservedDrive], path: PlannedPath) -> None:
+    def __init__(self, drives: Sequence[MksDrive], path: PlannedPath) -> None:
         self._drives, self._path = drives, path
         self.apart = False
         """Whether a drive was behind the others at the last look."""

@@ -12,20 +12,22 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from armdrive.dialects.bus.contour import ContourCheck
-from armdrive.dialects.bus.intervals import MAX_DELAY_S, Bounds, DriveFinding
-from armdrive.dialects.bus.observer import ObservedDrive, Observer
+from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.paths import Course, PlannedPath
+from armdrive.dialects.mks.contour import ContourCheck
+from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.mks.observer import Observer
+from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import MoveBy
 from kinematics import Motors
 
 CASES = sorted((Path(__file__).parent / "cases").glob("*.txt"))
-BOUNDS = Bounds(rest=8, corridor=1600, give=512, turn=16_384)
 SLOPE = 1_365_333.0
 
 
 def observer(count: int = 2) -> Observer:
-    return Observer([ObservedDrive(node + 1, f"motor {node + 1}", BOUNDS) for node in range(count)])
+    nodes = range(1, count + 1)
+    return Observer([MksDrive(node, f"motor {node}", MksSettings()) for node in nodes])
 
 
 def ask(found: Observer, node: int, now_s: float) -> None:
@@ -61,7 +63,7 @@ def happen(found: Observer, line: str) -> None:
         case "order-unanswered", node:
             found.sent(found[int(node)], now_s, owes=True)
         case "confirms", node:
-            found[int(node)].rejections.taken(now_s)
+            found[int(node)].confirmed_s = now_s
         case "resumes", node:
             found[int(node)].resume_from_reading(now_s)
         case "asked", node:
@@ -109,7 +111,7 @@ def test_a_drive_that_homed_by_itself_begins_its_next_motion_where_it_stands() -
         ask(found, 1, at_s)
         tell(found, 1, count, at_s)
     drive.moving = False
-    assert drive.course.place > BOUNDS.rest
+    assert drive.course.place > drive.bounds.rest
     drive.stand(0.2)
     assert drive.course.place == 0.0
 
@@ -146,7 +148,7 @@ def test_a_healthy_drive_however_late_within_the_bound_is_never_blamed(
             found[1].order(goal, speed, slope, at_s)
         elif what == "obey":
             shaft.order(goal, speed, slope, at_s)
-            found[1].rejections.taken(at_s)
+            found[1].confirmed_s = at_s
         else:
             shaft.advance(at_s)
             ask(found, 1, at_s)
