@@ -27,6 +27,7 @@ from armdrive.dialog import (
     bounds,
     choice,
     number,
+    numbered,
     numbers,
     plain_number,
     several,
@@ -269,8 +270,8 @@ def _port(draft: Draft) -> Reader:
     def read(line: str) -> str:
         if line in ("", "none"):
             return ""
-        if line.isdecimal() and known:
-            return known[int(number(1, len(known))(line)) - 1]
+        if (listed := numbered(line, known)) is not None:
+            return listed
         return _adapter(line) if draft.dialect.can else _serial_port(line)
 
     return read

@@ -194,6 +194,8 @@ def test_an_empty_line_is_the_default_and_a_wrong_one_changes_nothing():
     interview.answer("bench")
     with pytest.raises(WrongAnswer, match="did you mean 'teachmover'"):
         interview.answer("teachmoover")
+    with pytest.raises(WrongAnswer, match="answer one of"):
+        interview.answer("9" * 5000)
     assert interview.question.key == "template"
     interview.answer("1")
     assert interview.draft.template.key == next(iter(available()))
