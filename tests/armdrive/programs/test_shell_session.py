@@ -216,7 +216,7 @@ def test_the_program_is_what_was_carried_out_and_checks(prompt):
     prompt.session.drop("5")
     assert "w = 3" not in prompt.session.text
     for number in ("5", "", "five", "9" * 5000):
-        with pytest.raises(BadRequest, match="no entry .* like `drop 3`"):
+        with pytest.raises(BadRequest, match=r"no entry .* like `drop 3`"):
             prompt.session.drop(number)
 
 
