@@ -185,12 +185,17 @@ def choice(words: Sequence[str]) -> Reader:
     def read(line: str) -> str:
         if line in words:
             return line
-        if line.isdecimal() and 1 <= int(line) <= len(words):
-            return words[int(line) - 1]
+        if (listed := numbered(line, words)) is not None:
+            return listed
         hint = suggestion(line, words)
         raise WrongAnswer(f"answer one of {', '.join(words)}, not {line!r}{hint}")
 
     return read
+
+
+def numbered(line: str, words: Sequence[str]) -> str | None:
+    """Return the word whose number in the list is typed, counted from 1; None for other lines."""
+    return {str(place): word for place, word in enumerate(words, 1)}.get(line)
 
 
 def several(words: Sequence[str]) -> Reader:

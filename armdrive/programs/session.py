@@ -189,11 +189,15 @@ class Session:
         self.kept[self.number] = body
         self.number += 1
 
-    def drop(self, number: int) -> None:
+    def drop(self, number: str) -> None:
         """Remove an entry from the program. Raises `BadRequest` for an unknown number."""
-        if number not in self.kept:
-            raise BadRequest(f"there is no entry {number} in the list")
-        del self.kept[number]
+        listed = {str(each): each for each in self.kept}
+        if number not in listed:
+            raise BadRequest(
+                f"there is no entry {number!r}: write it like `drop 3`, with a number that "
+                "`list` shows"
+            )
+        del self.kept[listed[number]]
 
     @property
     def text(self) -> str:

@@ -181,9 +181,7 @@ def _list(shell: Shell, _: str) -> Answers:
 
 
 def _drop(shell: Shell, rest: str) -> Answers:
-    if not (rest.isascii() and rest.isdecimal()):
-        raise BadRequest("write it like `drop 3`, with a number that `list` shows")
-    shell.session.drop(int(rest))
+    shell.session.drop(rest)
     yield Reply({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
 
 

@@ -6,6 +6,7 @@ another program commands them. Nothing is set without the user's consent.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
@@ -68,17 +69,22 @@ def probe(port: str) -> Report:
 # The drives on a CAN bus, the state of the bus, and what differs from the arm file.
 
 
+_IDS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?", re.ASCII)
+"""One id, or the first and the last of several."""
+
+
 def ids_of(text: str) -> tuple[int, ...]:
     """Return the ids of drives that are written `1-16,20`. Raises `BadRequest`."""
+    most = max(row.most for row in protocols().values())
     found: set[int] = set()
     for part in text.split(","):
-        first, dash, last = part.strip().partition("-")
-        if not first.isdecimal() or (dash and not last.isdecimal()):
+        written = _IDS.fullmatch(part.strip())
+        if written is None:
             raise BadRequest(f"ids are written 1-16,20, not {text!r}")
-        found |= set(range(int(first), int(last or first) + 1))
-    most = max(row.most for row in protocols().values())
-    if not found or not 1 <= min(found) <= max(found) <= most:
-        raise BadRequest(f"ids of drives are 1 to {most}, not {text!r}")
+        first, last = int(written[1]), int(written[2] or written[1])
+        if not 1 <= first <= last <= most:
+            raise BadRequest(f"ids of drives are 1 to {most}, not {text!r}")
+        found |= set(range(first, last + 1))
     return tuple(sorted(found))
 
 

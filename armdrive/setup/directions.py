@@ -350,8 +350,10 @@ def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
 
 # The keys of an arm file that have to change.
 
-DIGITS = 9
-"""The digits of steps that are written: no arm is measured as exactly."""
+
+def written_steps(steps: float) -> float:
+    """Return steps for a turn or a mm as an arm file has them: no arm is measured as exactly."""
+    return float(f"{steps:.9g}")
 
 
 def _known_steps(table: Mapping[str, Any], transmission: Transmission | None) -> dict[str, float]:
@@ -385,7 +387,7 @@ def changes(
     """
     known = _known_steps(table, transmission)
     seen = {name: known[name] / share for name, share in signs.farther.items()}
-    found = {name: float(f"{each:.{DIGITS}g}") for name, each in (seen | {**measured}).items()}
+    found = {name: written_steps(each) for name, each in (seen | {**measured}).items()}
     farther = {name: known[name] / each for name, each in found.items() if name in known}
     if "motors" in table:
         return tuple(_of_motors(table["motors"], signs, found, farther))

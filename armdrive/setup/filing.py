@@ -17,7 +17,7 @@ from armdrive.errors import ArmFileError
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import arm_problems, load_arm
-from armdrive.setup.directions import Signs, changes, conclude
+from armdrive.setup.directions import Signs, changes, conclude, written_steps
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.setup.questions import ROWS
@@ -166,7 +166,7 @@ def _gripper_steps(draft: Draft) -> list[TomlEntry]:
         return []
     if draft.published_motors:
         published = draft.published_steps(GRIPPER_MOTOR)
-        return [TomlEntry("steps_per_mm", _short(published), _microstepped(draft))]
+        return [TomlEntry("steps_per_mm", written_steps(published), _microstepped(draft))]
     return [_pulling(draft)]
 
 
@@ -208,10 +208,12 @@ def _gripper_motor(draft: Draft, reversed_motors: set[str]) -> TomlSection:
 
 def _turning(draft: Draft, motor: str) -> TomlEntry:
     if draft.published_motors:
-        return TomlEntry(motor, _short(draft.published_steps(motor)), _microstepped(draft))
+        return TomlEntry(motor, written_steps(draft.published_steps(motor)), _microstepped(draft))
     gear: Ratio = draft.answers[f"gear.{motor}"]
     steps = draft.turn_steps * gear.turns
-    return TomlEntry(motor, _short(steps), f"{draft.turn_words} x {gear.written} = {steps:.6g}")
+    return TomlEntry(
+        motor, written_steps(steps), f"{draft.turn_words} x {gear.written} = {steps:.6g}"
+    )
 
 
 def _microstepped(draft: Draft) -> str:
@@ -221,12 +223,7 @@ def _microstepped(draft: Draft) -> str:
 def _pulling(draft: Draft) -> TomlEntry:
     turn_mm = draft.answers["fingers.mm_per_turn"]
     words = f"{draft.turn_words} / {turn_mm:g} mm a turn"
-    return TomlEntry("steps_per_mm", _short(draft.turn_steps / turn_mm), words)
-
-
-def _short(steps: float) -> float:
-    """Return the number with as many digits as an arm needs."""
-    return float(f"{steps:.9g}")
+    return TomlEntry("steps_per_mm", written_steps(draft.turn_steps / turn_mm), words)
 
 
 # Reading the texts back, and writing them.
@@ -309,22 +306,26 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
         yield f"  {command:<{width}}  {words}"
 
 
+def _usable(proposal: FileProposal) -> FileProposal:
+    """Return a proposal; raises `ArmFileError` if the file could not be used any more."""
+    # the file may have problems already, which the change neither made nor has to fix
+    known, now = (
+        arm_problems(tomllib.loads(text), proposal.path.stem, proposal.path.parent)
+        for text in (proposal.before, proposal.after)
+    )
+    new = [each for each in now if each not in known]
+    if new:
+        raise ArmFileError(f"with these changes the arm file could not be used: {new[0]}")
+    return proposal
+
+
 def propose(path: Path, transmission: Transmission | None, signs: Signs) -> FileProposal:
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
-    # the file may have problems already, which the change neither made nor has to fix
-    known = set(arm_problems(table, path.stem, path.parent))
     order = dict(signs.order) if "motors" in table and signs.swapped else {}
     text = amended(before, changes(table, transmission, signs), order)
-    new = [
-        each
-        for each in arm_problems(tomllib.loads(text), path.stem, path.parent)
-        if each not in known
-    ]
-    if new:
-        raise ArmFileError(f"with these changes the arm file could not be used: {new[0]}")
-    return FileProposal(path, before, text, tuple(_remarks(signs, order)))
+    return _usable(FileProposal(path, before, text, tuple(_remarks(signs, order))))
 
 
 # The arm file of drives that were commissioned.
@@ -373,7 +374,7 @@ def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> F
     """Return the arm file with these keys of one of its tables, which get a comment."""
     before = _text(path)
     changes = [Change((table, key), value, why) for key, value in keys.items()]
-    return FileProposal(path, before, amended(before, changes))
+    return _usable(FileProposal(path, before, amended(before, changes)))
 
 
 def propose_drives(
@@ -387,7 +388,7 @@ def propose_drives(
     """Return the arm file, or a new one, with all that commissioning found out."""
     before = _text_before(path)
     begun = before or new_text(config, left_out)
-    return FileProposal(path, before, commissioned(begun, config, plan, notes, port))
+    return _usable(FileProposal(path, before, commissioned(begun, config, plan, notes, port)))
 
 
 def file_of(config: ArmConfig) -> Path | None:

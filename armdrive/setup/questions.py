@@ -27,6 +27,7 @@ from armdrive.dialog import (
     bounds,
     choice,
     number,
+    numbered,
     numbers,
     plain_number,
     several,
@@ -85,10 +86,11 @@ class ArmRow:
             key, default = self.key.replace("{one}", one), self.default
             usual = default(draft, one) if callable(default) else default
             words = self.words.replace("{one}", shown_name(one))
+            read = schema_reader(draft, self.place) if self.read is None else self.read(draft)
             yield Question(
                 words or asked(declared(draft, self.place)[1].help),
                 self.why,
-                schema_reader(draft, self.place) if self.read is None else self.read(draft),
+                controllers_reader(draft, self.place, read),
                 draft.usual_answers.get(key, usual),
                 self.choices(draft),
                 key,
@@ -134,6 +136,27 @@ def schema_reader(draft: Draft, place: str) -> Reader:
         value = choice(rule.words)(line) if rule.words else plain(line)
         try:
             rule.check(value, where)
+        except ArmFileError as error:
+            raise WrongAnswer(str(error)) from None
+        return value
+
+    return read
+
+
+def controllers_reader(draft: Draft, place: str, plain: Reader) -> Reader:
+    """Return what also refuses an answer that the controller's section does not allow at a place.
+
+    A section checks more than the bounds of its keys. Without this, the finished file is refused,
+    and with it all answers are lost.
+    """
+    name, _, key = place.rpartition(".")
+    if name != DIALECT or not key:
+        return plain
+
+    def read(line: str) -> Any:
+        value = plain(line)
+        try:
+            draft.dialect.settings()(**{key: value})
         except ArmFileError as error:
             raise WrongAnswer(str(error)) from None
         return value
@@ -269,8 +292,8 @@ def _port(draft: Draft) -> Reader:
     def read(line: str) -> str:
         if line in ("", "none"):
             return ""
-        if line.isdecimal() and known:
-            return known[int(number(1, len(known))(line)) - 1]
+        if (listed := numbered(line, known)) is not None:
+            return listed
         return _adapter(line) if draft.dialect.can else _serial_port(line)
 
     return read

@@ -19,6 +19,7 @@ from armdrive.cli.options import (
     add_json_option,
     add_pace_option,
     add_switches,
+    count,
     duration,
     loops,
     naming,
@@ -201,9 +202,9 @@ def _add_arm(
 
 def _input(word: str) -> tuple[int, bool]:
     name, _, state = word.partition("=")
-    if not (name.isascii() and name.isdecimal() and int(name) > 0 and state in ("on", "off")):
+    if state not in ("on", "off"):
         raise BadRequest(f"write it like 3=on, not {word!r}")
-    return int(name), state == "on"
+    return count(name), state == "on"
 
 
 # --- shell

@@ -21,7 +21,7 @@ from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
 from armdrive.dialects.bus.tools import BusTools, UnitKeys
-from armdrive.dialog import DialogPerson, Question, WrongAnswer
+from armdrive.dialog import DialogPerson, Question, WrongAnswer, numbered
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, simulate
@@ -228,8 +228,8 @@ def chosen_port() -> str:
     lines = tuple((each.port, each.todo or each.description) for each in found)
 
     def read(line: str) -> str:
-        if line.isdecimal() and 1 <= int(line) <= len(lines):
-            return lines[int(line) - 1][0]
+        if (listed := numbered(line, [port for port, _ in lines])) is not None:
+            return listed
         if not is_can(line):
             raise WrongAnswer("write the adapter, such as can:slcan:/dev/ttyACM0?bitrate=500000")
         return line

@@ -213,10 +213,11 @@ def test_the_program_is_what_was_carried_out_and_checks(prompt):
     )
     assert read_program(text).machine(BOOK).next() is not None
     assert list(prompt.session.kept) == [1, 2, 4, 5, 6, 7]
-    prompt.session.drop(5)
+    prompt.session.drop("5")
     assert "w = 3" not in prompt.session.text
-    with pytest.raises(BadRequest, match="no entry 5"):
-        prompt.session.drop(5)
+    for number in ("5", "", "five", "9" * 5000):
+        with pytest.raises(BadRequest, match=r"no entry .* like `drop 3`"):
+            prompt.session.drop(number)
 
 
 def test_a_subprogram_whose_points_are_gone_is_in_the_way_of_nothing_else(prompt):

@@ -194,6 +194,8 @@ def test_an_empty_line_is_the_default_and_a_wrong_one_changes_nothing():
     interview.answer("bench")
     with pytest.raises(WrongAnswer, match="did you mean 'teachmover'"):
         interview.answer("teachmoover")
+    with pytest.raises(WrongAnswer, match="answer one of"):
+        interview.answer("9" * 5000)
     assert interview.question.key == "template"
     interview.answer("1")
     assert interview.draft.template.key == next(iter(available()))
@@ -264,13 +266,31 @@ BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"
 BUSES = ("can:socketcan:can0", BUS)
 
 
-def at_the_port(dialect, **around):
-    """Return an interview that has come to the question for the port."""
-    interview = Interview(Surroundings(**around))
-    given = {"name": "bench", "template": "minimover5-grbl", "dialect": dialect}
-    while interview.question.key != "connection.port":
+def at_question(key, dialect="grbl", template="minimover5-grbl", around=None, **more):
+    """Return an interview that has come to a question."""
+    interview = Interview(Surroundings(**(around or {})))
+    given = {"name": "bench", "template": template, "dialect": dialect, **more}
+    while interview.question.key != key:
         interview.answer(given.get(interview.question.key, ""))
     return interview
+
+
+def at_the_port(dialect, **around):
+    return at_question("connection.port", dialect, around=around)
+
+
+@every_row(
+    "key, answers, line, why",
+    [
+        ("device.servo", {"gripper.kind": "servo"}, "M5", "must be M3, or one like M67E0"),
+        ("device.axes", {}, "QWERTU", "its own letter from"),
+        ("device.axes", {}, "XYZABB", "different letters are needed"),
+    ],
+)
+def test_what_the_arm_file_would_not_take_is_refused_at_its_question(key, answers, line, why):
+    interview = at_question(key, template="printed-six", **answers)
+    with pytest.raises(WrongAnswer, match=why):
+        interview.answer(line)
 
 
 def test_a_bus_is_asked_for_its_adapter_and_for_no_baud_rate():

@@ -32,7 +32,7 @@ from armdrive.setup.directions import (
     trials,
 )
 from armdrive.setup.draft import Surroundings
-from armdrive.setup.filing import files_of, propose, write
+from armdrive.setup.filing import files_of, propose, propose_keys, write
 from armdrive.setup.interview import Interview
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
@@ -301,6 +301,14 @@ def test_a_motor_that_moved_nothing_is_named(tmp_path):
     signs, transmission = checked({"shoulder": SawMotion.NOT_AT_ALL})
     remarks = propose(arm_file(tmp_path), transmission, signs).remarks
     assert remarks == ("unclear: shoulder. Check plugs and drivers, then check again",)
+
+
+def test_a_change_may_leave_a_problem_of_the_file_but_adds_none(tmp_path):
+    path = arm_file(tmp_path)
+    with pytest.raises(ArmFileError, match=r"with these changes .* used: gripper.kind is one of"):
+        propose_keys(path, "gripper", {"kind": "hand"}, "seen")
+    path.write_text(f"{PRESET}\n[gripper]\nkind = 'hand'\n", encoding="utf-8")
+    assert propose_keys(path, "gripper", {"approach_steps": 8}, "seen").differs
 
 
 def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):

@@ -522,7 +522,10 @@ def test_bus_load_is_reported_and_other_masters_are_named():
     assert "drive 1: go to 5 at 60 rpm" in told[0].what
 
 
-@every_row("text", ["0", "x", "1-", "1-3000", "", "3-1"])
+MANY = "9" * 5000
+
+
+@every_row("text", ["0", "x", "1-", "1-3000", "", "3-1", f"1-{MANY}", "1-99999999999"])
 def test_ids_are_read_or_refused(text):
     with pytest.raises(BadRequest):
         ids_of(text)

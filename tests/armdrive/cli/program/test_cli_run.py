@@ -156,6 +156,7 @@ SAID = [
     (TWO, ["--plot", "path.gif"], 2, "armdrive: "),
     (TWO, ["one"], 2, "takes no arguments"),
     (TWO, ["--input", "3"], 2, "write it like 3=on"),
+    (TWO, ["--input", "9" * 5000 + "=on"], 2, "is not a whole number above 0"),
     (TWO, ["--check", "--input", "8=on"], 2, "inputs of the Microbot TeachMover are counted from"),
     (TWO, ["--loops", "-1"], 2, ""),
     (TWO, ["--loops", "9" * 5000], 2, "is not a whole number from 0 on"),
