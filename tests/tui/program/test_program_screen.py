@@ -343,43 +343,55 @@ LEAVING = {
 }
 
 
-async def left(session, how):
-    """Leave the screen or lose the arm in one of these ways, and see how the run ends."""
-    run = session.screen.run
+async def left_and_back(session, how, run, ends):
+    """Leave the screen or lose the arm in one of these ways; see `run` end by itself; come back."""
     if (done := LEAVING[how](session)) is not None:
         await done
-    return run
+    ends()
+    await session.until(lambda: not run.busy)
+    session.desk.dialogs.close_all()
+    await session.keys("f8")
 
 
-@pytest.mark.parametrize("how", LEAVING)
-async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path, how):
+async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        gate = Gate(arm)
-        await session.begin()
-        await session.until(gate.began.is_set)
-        stops = arm.stops
-        run = await left(session, how)
-        assert arm.stops == stops, "the motion comes to its end, as one of the points screen does"
-        gate.may_end.set()
-        await session.until(lambda: not run.busy)
-        assert len(gate.moves) == 1
-        assert run.failed_in == 3
-        assert interrupted(arm.config.name).line == 3
+        start, run, gate = arm.joints, session.screen.run, Gate(arm)
+        for how in LEAVING:
+            gate.began.clear()
+            gate.may_end.clear()
+            gate.moves.clear()
+            await session.begin()
+            await session.until(gate.began.is_set)
+            stops = arm.stops
+
+            def ends(how=how, stops=stops):
+                assert arm.stops == stops, f"{how}: the motion ends as one of the points screen"
+                gate.may_end.set()
+
+            await left_and_back(session, how, run, ends)
+            assert len(gate.moves) == 1, how
+            assert run.failed_in == 3, how
+            assert interrupted(arm.config.name).line == 3, how
+            arm.move_j(start)
+            await session.poll()
 
 
-@pytest.mark.parametrize(("how", "program"), zip(LEAVING, (WAITS, HOLDS) * 3, strict=True))
-async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, how, program):
+@pytest.mark.parametrize("program", [WAITS, HOLDS], ids=["an input", "a person"])
+async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, program):
     async with ProgramSession(arm, tmp_path, waits=program) as session:
-        await session.begin()
-        if program is HOLDS:
-            await session.until(lambda: session.screen.run.asks)
-        else:
-            await session.at_line(2)
-        run = await left(session, how)
-        await session.until(lambda: not run.busy)
-        assert run.failed
-        arm.sleep(0.1)  # simulated time passes only while somebody waits
-        assert not arm.status.paused, "a stop ends a pause, too"
+        start, run = arm.joints, session.screen.run
+        for how in LEAVING:
+            await session.begin()
+            if program is HOLDS:
+                await session.until(lambda: run.asks)
+            else:
+                await session.at_line(2)
+            await left_and_back(session, how, run, lambda: None)
+            assert run.failed, how
+            arm.sleep(0.1)  # simulated time passes only while somebody waits
+            assert not arm.status.paused, f"{how}: a stop ends a pause, too"
+            arm.move_j(start)
+            await session.poll()
 
 
 async def test_a_stop_ends_a_motion_at_once(arm, tmp_path):
