@@ -8,7 +8,7 @@ from desk_session import Session
 from waiting import until_seen
 
 from armdrive.status import LinkStats, State
-from tui.axes import AxisTable, bar
+from tui.axes import AxisTable, bar_parts
 from tui.desk import Desk
 from tui.jog.panels import OVER_S
 from tui.startup import SCREEN_FACTORIES
@@ -36,7 +36,7 @@ def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
     [(None, "━━━━━"), (0, "●━━━━"), (10, "━━━━●"), (-1, "<━━━━"), (11, "━━━━>")],
 )
 def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
-    assert bar(value, 0.0, 10.0, 5) == shown
+    assert "".join(bar_parts(value, 0.0, 10.0, 5)) == shown
 
 
 LONG = {
