@@ -1,7 +1,7 @@
 """Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
 
 import pytest
-from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
+from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from desk_logged import LoggedArm
 from desk_planner import at_rest
 from desk_session import Session
@@ -9,9 +9,7 @@ from waiting import until_seen
 
 from armdrive.status import LinkStats, State
 from tui.axes import AxisTable, bar_parts
-from tui.desk import Desk
 from tui.jog.panels import OVER_S
-from tui.startup import SCREEN_FACTORIES
 from tui.watch import Watching
 from tui.widgets import PlainText
 
@@ -20,14 +18,11 @@ from tui.widgets import PlainText
 
 @pytest.mark.parametrize("size", [(80, 24), (200, 60)])
 def test_the_jog_screen(snap_compare, size):
-    desk = Desk(FakeArm(), screens=SCREEN_FACTORIES, braille=True, clock=Clock())
-    assert snap_compare(desk, terminal_size=size)
+    assert snap_compare(Session().desk, terminal_size=size)
 
 
 def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
-    desk = Desk(
-        FakeArm(**unknown_position()), screens=SCREEN_FACTORIES, braille=False, clock=Clock()
-    )
+    desk = Session(FakeArm(**unknown_position()), braille=False).desk
     assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
 
 
@@ -123,7 +118,7 @@ async def test_a_text_has_as_many_rows_as_it_needs():
 @pytest.mark.parametrize("app", ["a desk", "a watched arm"])
 async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours(app):
     made = {
-        "a desk": lambda: Desk(FakeArm(), screens=SCREEN_FACTORIES, braille=True, clock=Clock()),
+        "a desk": lambda: Session().desk,
         "a watched arm": lambda: Watching("sim", MODEL, FakeHolder({}), braille=True),
     }[app]()
     async with made.run_test(size=(80, 24)) as pilot:

@@ -4,7 +4,6 @@ import threading
 from dataclasses import replace
 
 import pytest
-from desk_fake import Clock
 from desk_planner import at_rest
 from desk_session import AGAIN_S, Session
 from textual import events
@@ -14,8 +13,6 @@ from armdrive import Arm
 from armdrive.errors import Refused
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.status import State
-from tui.desk import Desk
-from tui.startup import SCREEN_FACTORIES
 
 WAVE = """\
 type "hello"
@@ -430,21 +427,17 @@ async def test_a_long_program_is_scrolled_by_pages(arm, tmp_path):
 
 
 def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_path):
-    (tmp_path / "late.arm").write_text(LATE)
-    clock = Clock()
     with Arm.connect("sim:teachmover") as arm:
         arm.home()
-        desk = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock)
-        desk.programs = tmp_path
+        session = ProgramSession(arm, tmp_path, late=LATE)
 
         async def run(pilot):
-            for key in ("f8", "r"):
-                await pilot.press(key)
-                await at_rest(pilot)
+            await pilot.press("r")
+            await at_rest(pilot)
             for _ in range(2):
-                clock.now_s += AGAIN_S
+                session.clock.now_s += AGAIN_S
                 await pilot.press("enter")
-            clock.now_s += 0.5
-            desk.poll()
+            session.clock.now_s += 0.5
+            session.desk.poll()
 
-        assert snap_compare(desk, terminal_size=(120, 40), run_before=run)
+        assert snap_compare(session.desk, terminal_size=(120, 40), run_before=run)
