@@ -197,6 +197,7 @@ class AppInput:
         if not suspended and (hand is None or absent_s <= self.starved_s):
             return
         self._stale.begin(now_s)
+        self._app.capture_mouse(None)  # the release of its button may be dropped
         what = "suspended" if suspended else "kept waiting"
         self._why_stale = f"this program was {what} for {absent_s:.1f} s"
         if suspended:
