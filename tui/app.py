@@ -1,8 +1,19 @@
 """The base of every app of the desk: how it handles keys, and the message that follows.
 
-The stop keys come first, and stale input is dropped. Every other action of a key or a click goes
-through `Calls.acting`, so one rule holds for all of them: the last message is cleared, a first
-press of another key no longer counts, and a refusal becomes the new message.
+The way of a key from the terminal to its deed:
+
+1. The driver's thread reads it (`lasting_driver` in terminal.py) and calls `AppInput.was_read`. A
+   stop key stops the arm there, however busy the app is.
+2. In the app's thread, `KeyApp.on_event` asks `AppInput.handles` before any widget.
+3. `AppInput._due` lets it wait for `person_s`. Of keys that come together, none does anything.
+4. `AppInput._drops` drops what is old: typed before a stop that has acted, or while this program
+   was suspended.
+5. `KeyApp.hand_on` leaves the rest to the framework. It first finds the keys of the table that
+   work everywhere; then a line that is typed into takes the key (`AppInput._types`); then come the
+   other rows of the table. Their actions arrive at `KeyApp.run_action`.
+6. Every action of a key or a click runs in `Calls.acting`, so one rule holds for all: the last
+   message is cleared, a first press of another key no longer counts, and a refusal becomes the new
+   message.
 """
 
 from __future__ import annotations
@@ -56,10 +67,17 @@ POLL_S = 0.05
 """Interval between two looks at an arm's status."""
 
 SUSPENDED_S = 1.0
-"""An app that was idle for this long was suspended, because it polls more often than that."""
+"""An app that was idle for this long was suspended: it polls twenty times as often.
+
+Only the drivers of Unix terminals report a suspension.
+"""
 
 STARVED_S = 0.3
-"""An app that was idle for this long has kept keys in its queue."""
+"""An app that was idle for this long, on a busy computer, has kept keys in its queue.
+
+A held jog has ended by itself meanwhile (`HOLD_LONGEST_S`), and must not begin again from keys
+that have waited.
+"""
 
 
 def is_printable(character: str) -> bool:
@@ -71,7 +89,8 @@ class TypedText:
     """A line of text that the user types on a screen or in a dialog, its `typing`.
 
     No widget has the focus, so that a stop key never types a letter and keys that arrive together
-    keep their order. The app passes on each key that no row of the table takes first.
+    keep their order. Only keys that work everywhere come before the line; other rows of the table
+    have their keys where the line does not take the character.
     """
 
     def __init__(
@@ -178,6 +197,7 @@ class AppInput:
         if not suspended and (hand is None or absent_s <= self.starved_s):
             return
         self._stale.begin(now_s)
+        self._app.capture_mouse(None)  # the release of its button may be dropped
         what = "suspended" if suspended else "kept waiting"
         self._why_stale = f"this program was {what} for {absent_s:.1f} s"
         if suspended:
@@ -360,7 +380,11 @@ class Job:
 
 
 class Calls:
-    """Performs the actions of keys, and reports their results."""
+    """Performs the actions of keys, and reports their results.
+
+    What waits for the arm is made in a thread of its own: the app goes on taking keys, stops among
+    them, and `ended` comes back into the app's thread.
+    """
 
     def __init__(self, app: KeyApp) -> None:
         self._app = app
@@ -634,10 +658,11 @@ class KeyApp(App[int], inherit_bindings=False):
 
 
 BUSY_S = 0.02
-"""If a timer fires this late, the app was busy."""
+"""If a timer fires this late, the app was busy, and keys may be waiting in its queue."""
 
 SETTLE_S = 0.03
-"""The time that events queued while the app was busy need to be processed."""
+"""The time that events queued while the app was busy need to be processed: the release of a key, or
+its next repeat, may be among them."""
 
 
 class HoldAlarm:

@@ -217,8 +217,11 @@ class SpaceView(Widget):
     def on_mouse_up(self, event: events.MouseUp) -> None:
         """Let go of it."""
         event.stop()
-        self._held_at = None
         self.release_mouse()
+
+    def on_mouse_release(self) -> None:
+        """Turn it no further: the button was released, or the app has taken the mouse away."""
+        self._held_at = None
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
         """Go round the arm, as if the table were turned by hand."""

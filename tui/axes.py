@@ -16,6 +16,9 @@ from tui.widgets import UNKNOWN, PlainText, Span
 NAME_WIDTH = 11
 VALUE_WIDTH = 9
 LIMIT_WIDTH = 4
+ENDS_WIDTH = 2 * LIMIT_WIDTH + 3
+"""What the two limits take at the ends of a bar, with the gaps."""
+
 SHORTEST_BAR, LONGEST_BAR = 6, 40
 
 NEAR_SHARE = 0.05
@@ -62,14 +65,12 @@ class AxisRow:
         return UNKNOWN if self.value is None else f"{tenths(self.value)}{self.unit}"
 
 
-def bar(value: float | None, low: float, high: float, width: int) -> str:
-    """Show where a value lies between two limits; `<` and `>` when it lies outside."""
-    before, mark, after = bar_parts(value, low, high, width)
-    return before + mark + after
-
-
 def bar_parts(value: float | None, low: float, high: float, width: int) -> tuple[str, str, str]:
-    """Return a bar in three parts: before the mark, the mark, after it."""
+    """Return a bar in three parts, which shows where a value lies between two limits.
+
+    The parts are what is before the mark, the mark, and after it. The mark is `<` or `>` for a
+    value outside.
+    """
     if value is None:
         return "\N{BOX DRAWINGS HEAVY HORIZONTAL}" * width, "", ""
     share = (value - low) / (high - low)
@@ -107,12 +108,14 @@ class AxisTable(PlainText):
         *,
         cap: Callable[[str], str],
         id: str,  # noqa: A002
+        name_width: int = NAME_WIDTH,
     ) -> None:
         """`push` holds the cap of a jog key; `cap` returns what is printed on it."""
         super().__init__(id=id, classes="panel")
         self._button = button
         self._push = push
         self._cap = cap
+        self._name_width = name_width
         self._rows: tuple[AxisRow, ...] = ()
         self._note = ""
         self._filled: object = None
@@ -133,7 +136,7 @@ class AxisTable(PlainText):
     def set_titles(self, title: str, more: str) -> None:
         """Name the panel, and say more in its lower border, or after the name if it has none."""
         if self.screen.has_class("-short"):
-            title, more = f"{title}  {more}", ""
+            title, more = f"{title}  {more}".rstrip(), ""
         if (self.border_title, self.border_subtitle) != (title, more):
             self.border_title, self.border_subtitle = title, more
 
@@ -153,24 +156,23 @@ class AxisTable(PlainText):
 
     def _row(self, row: AxisRow, width: int, caps: int) -> Iterator[Span]:
         yield from self._caps(row.pair, caps)
-        style = MOVING_STYLE if row.moving else ""
-        yield (
-            f" {'>' if row.moving else ' '}{shown_name(row.name)[:NAME_WIDTH]:<{NAME_WIDTH}}",
-            style,
-        )
+        style, name = MOVING_STYLE if row.moving else "", shown_name(row.name)[: self._name_width]
+        yield f" {'>' if row.moving else ' '}{name:<{self._name_width}}", style
         yield f"{row.value_text:>{VALUE_WIDTH}}", MARK_STYLES[row.sign] if row.sign else "bold"
         yield f"{row.sign:<2}", MARK_STYLES[row.sign]
-        if row.limits is None:
+        # room for a bar between its two limits, else for a bar alone, else for none
+        room = width - (caps + 2 + self._name_width + VALUE_WIDTH + 2)
+        ends = room >= SHORTEST_BAR + ENDS_WIDTH
+        if row.limits is None or room <= SHORTEST_BAR:
             return
         low, high = row.limits
-        taken = caps + 2 + NAME_WIDTH + VALUE_WIDTH + 2 + 2 * LIMIT_WIDTH + 3
-        room = min(max(width - taken, SHORTEST_BAR), LONGEST_BAR)
-        before, mark, after = bar_parts(row.value, low, high, room)
-        yield f" {low:>{LIMIT_WIDTH}.0f} ", "dim"
+        bar = min(room - (ENDS_WIDTH if ends else 1), LONGEST_BAR)
+        before, mark, after = bar_parts(row.value, low, high, bar)
+        yield f" {low:>{LIMIT_WIDTH}.0f} " if ends else " ", "dim"
         yield before, "dim"
         yield mark, MARK_STYLES[row.sign]
         yield after, "dim"
-        yield f" {high:.0f}", "dim"
+        yield f" {high:.0f}" if ends else "", "dim"
 
     def _caps(self, pair: JogPair | None, width: int) -> Iterator[Span]:
         if pair is None:

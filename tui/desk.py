@@ -1,8 +1,14 @@
 """The desk: the app of one arm, what all its screens share, and the keys of all screens.
 
+Twenty times a second `Desk.poll` takes the arm's status. `ArmLink.take` stores it and disarms the
+keys if a stop, a lost link or a state forbids motion; then `DeskScreen.show` shows it on the
+current screen; then what two presses have confirmed is done. A screen, its line of keys and the
+refusals of its keys go by this stored status, so they agree.
+
 A screen defines its name in `place`, gives `BINDINGS = bindings(place)`, lays out its middle in
-`compose_body` and shows each status in `show_body`. Nothing that moves the arm stays active on a
-hidden screen: `disarm` is called before another screen or a dialog opens.
+`compose_body` and shows each status in `show_body`. `works` and `needs` say which of its keys would
+do anything now. Nothing that moves the arm stays active on a hidden screen: `disarm` is called
+before another screen or a dialog opens.
 """
 
 from __future__ import annotations

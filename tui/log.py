@@ -1,4 +1,9 @@
-"""The log screen: what passes between the arm and the desk, in words, as it comes."""
+"""The log screen: what passes between the arm and the desk, in words, as it comes.
+
+At each poll `LogView.read` takes at most a portion of new lines from the flight recorder. `LogBook`
+keeps them and sieves them, `Folding` folds idle polling of what passes the sieve, and `Window`
+chooses the lines in sight by their numbers, which do not change while others come and go.
+"""
 
 from __future__ import annotations
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
 from typing import ClassVar, cast
 
 from textual.app import ComposeResult
@@ -19,16 +18,15 @@ from textual.screen import Screen
 from armdrive.render.canvas import draws_braille
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
-from kinematics.chains.links import JointKind
 from kinematics.presets import ArmModel
-from kinematics.text import deg_text, folded, shown_name, tenths
+from kinematics.text import deg_text, folded, shown_name
 from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from kinematics.textbook.systems.named import frame_coordinates
 from kinematics.textbook.worked_example import ExampleSection, measures, sections
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
-from tui.axes import bar
+from tui.axes import DEGREE, NAME_WIDTH, AxisRow, AxisTable
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
 from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
@@ -89,6 +87,8 @@ class ModelHand:
     pairs: tuple[JogPair, ...] = field(init=False)
     axes: tuple[tuple[str, str], ...] = field(init=False)
     """Names and units of the hand's coordinates."""
+    held_button: str = ""
+    """No cap is ever held: pressing one makes a step, as its key does."""
 
     def __post_init__(self) -> None:
         self.values = self.values or example_posture(self.subject.chain)
@@ -120,6 +120,17 @@ class ModelHand:
             stepped = step_joint(self.subject, self.values, joint, by)
         self.values = stepped.values
         return stepped.message
+
+    def pair_of(self, name: str) -> JogPair | None:
+        """Return the letters that move a joint or a coordinate; None if there are none left."""
+        letters = (pair for pair in self.pairs if not pair.is_arrow)
+        return next((one for one in letters if one.axis(cartesian=self.cartesian) == name), None)
+
+    def moved(self) -> None:
+        """Do nothing: the mouse holds nothing."""
+
+    def lift(self) -> None:
+        """Do nothing: the mouse holds nothing."""
 
     def next_solution(self) -> str:
         """Go on to the next solution within the limits; return its name, or why there is none."""
@@ -197,7 +208,7 @@ class ModelScreen(Screen[None]):
         drawn = cast("ArmModel", DrawnChain(self._figure))  # a view asks for no more than it has
         yield Vertical(
             SpaceView(drawn, braille=self.desk.braille, id="model-space"),
-            PlainText(id="model-numbers"),
+            *(self._table(name) for name in ("joints", "hand")),
             PlainText(id="model-summary"),
             id="model-left",
         )
@@ -225,23 +236,32 @@ class ModelScreen(Screen[None]):
         message = f"{step}\n{desk.message}" if desk.message else step
         fill_frame(self, message, desk.keys.next_keys(PLACE))
         self.query_one(SpaceView).show(Moment(self._figure.joints(of.values)))
-        left = self.query_one("#model-left").size.width
-        text_of(self, "model-numbers").show(self._numbers(of, left))
+        self._show_axes("joints", joint_rows(of, hand), driven=not hand.cartesian)
+        self._show_axes("hand", axis_rows(of, hand), driven=hand.cartesian)
         text_of(self, "model-summary").show(self._spoken(_summary(of)))
         shown = (one for one in sections(of) if one.title != "Figure")
         height = self.query_one("#model").size.height
         self._columns = laid(shown, COLUMN_WIDTH - 1, height, plain=not desk.braille)
         self._show_pages()
 
-    def _numbers(self, of: Study, width: int) -> str:
-        desk = self.desk
-        hand, keys = desk.hand, desk.keys
-        return "\n".join(
-            (
-                joint_rows(of, width, None if hand.cartesian else keys, hand.pairs),
-                axis_rows(of, hand.axes, keys if hand.cartesian else None, hand.pairs),
-            )
+    def _table(self, name: str) -> AxisTable:
+        hand = self.desk.hand
+        width = max(len(shown_name(each)) for each in hand.subject.chain.joint_names)
+        return AxisTable(
+            hand,
+            self.action_jog,
+            cap=self.desk.keys.jog,
+            id=name,
+            name_width=min(width, NAME_WIDTH),
         )
+
+    def _show_axes(self, name: str, rows: Iterable[AxisRow], *, driven: bool) -> None:
+        """Show a table of axes; on a small terminal only the one that the keys move."""
+        table, mode = self.query_one(f"#{name}", AxisTable), self.desk.keys.label("mode")
+        table.show_axes(tuple(rows))
+        table.set_titles(name.capitalize(), "" if driven else f"{mode}: keys move the {name}")
+        table.set_class(driven, "-driven")
+        table.display = driven or not self.has_class("-short")
 
     # -- pages --------------------------------------------------------------------------------
 
@@ -329,87 +349,33 @@ def laid(
     return tuple(map(tuple, columns))
 
 
-# Joints and coordinates of a posture, as rows of plain text.
-
-NAME_WIDTH = 11
-"""A longer name is cut."""
-
-NO_KEYS = "   "
-VALUE_WIDTH = 8
-ENDS_WIDTH = 9
-"""The width of the two limits at the ends of a bar."""
-
-SHORTEST_BAR, LONGEST_BAR = 7, 22
+# Joints and coordinates of a posture, as rows of a table of axes.
 
 
-def joint_rows(of: Study, width: int, keys: Keyboard | None, pairs: Sequence[JogPair]) -> str:
-    """List the joints: keys if these move them, value, and the place between its limits."""
+def joint_rows(of: Study, hand: ModelHand) -> Iterator[AxisRow]:
+    """Yield a row for each joint: its keys if these move joints, its value between its limits."""
     chain = of.subject.chain
-    names = [shown_name(name)[:NAME_WIDTH] for name in chain.joint_names]
-    longest = max(map(len, names))
-    letters = [_keys(keys, pairs, name, cartesian=False) for name in chain.joint_names]
-    room = width - (longest + VALUE_WIDTH + 2) - (len(letters[0]) + 1 if keys else 0)
-    rows = zip(letters, names, of.values, chain.kinds, chain.limits, strict=True)
-    return "\n".join(
-        f"{letter} {name:<{longest}}{_value(value, kind.unit):>{VALUE_WIDTH}} "
-        f"{_range(value, limits, kind, room)}".rstrip()[0 if keys else 1 :]
-        for letter, name, value, kind, limits in rows
-    )
+    rows = zip(chain.joint_names, of.values, chain.kinds, chain.limits, strict=True)
+    for name, value, kind, limits in rows:
+        (shown, unit), (low, _), (high, _) = (
+            as_shown(each, kind.unit) for each in (value, *limits)
+        )
+        ends = (low, high) if math.isfinite(low) and math.isfinite(high) else None
+        pair = None if hand.cartesian else hand.pair_of(name)
+        yield AxisRow(name, shown, unit, ends, pair)
 
 
-def axis_rows(
-    of: Study,
-    axes: Sequence[tuple[str, str]],
-    keys: Keyboard | None,
-    pairs: Sequence[JogPair],
-) -> str:
-    """List the coordinates of the hand, in two columns, with the keys if these move them."""
+def axis_rows(of: Study, hand: ModelHand) -> Iterator[AxisRow]:
+    """Yield a row for each coordinate of the hand: its keys if these move it, and its value."""
     goal = of.goal or frame_coordinates(of.frame)
-    cells = [
-        (_keys(keys, pairs, name, cartesian=True), name, _value(value, unit))
-        for (name, unit), value in zip(axes, goal, strict=False)
-    ]
-    half = (len(cells) + 1) // 2
-    columns = [_column(part, bare=keys is None) for part in (cells[:half], cells[half:])]
-    pairs_of_rows = zip_longest(*columns, fillvalue="")
-    return "\n".join(f"{left}  {right}".rstrip() for left, right in pairs_of_rows)
+    for (name, unit), value in zip(hand.axes, goal, strict=False):
+        pair = hand.pair_of(name) if hand.cartesian else None
+        yield AxisRow(name, *as_shown(value, unit), None, pair)
 
 
-def _column(cells: Sequence[tuple[str, str, str]], *, bare: bool) -> list[str]:
-    """Return cells in line, names and values as wide as the widest."""
-    name_width = max((len(name) for _, name, _ in cells), default=0)
-    value_width = max((len(value) for *_, value in cells), default=0)
-    return [
-        f"{letters} {name:<{name_width}} {value:>{value_width}}"[1 if bare else 0 :]
-        for letters, name, value in cells
-    ]
-
-
-def _keys(keys: Keyboard | None, pairs: Sequence[JogPair], name: str, *, cartesian: bool) -> str:
-    """Return the letters that move an axis, or as much room."""
-    if keys is None:
-        return ""
-    letters = (pair for pair in pairs if not pair.is_arrow)
-    pair = next((one for one in letters if one.axis(cartesian=cartesian) == name), None)
-    return NO_KEYS if pair is None else f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}"
-
-
-def _range(value: float, limits: tuple[float, float], kind: JointKind, room: int) -> str:
-    """Show where a value lies between two limits, with these where there is room."""
-    low, high = limits
-    if not (math.isfinite(low) and math.isfinite(high)):
-        return "no limits"
-    cells = room - ENDS_WIDTH - 2
-    if cells < SHORTEST_BAR:
-        return bar(value, low, high, max(min(room - 2, LONGEST_BAR), SHORTEST_BAR))
-    ends = [math.degrees(end) if kind is JointKind.REVOLUTE else end for end in limits]
-    return f"{ends[0]:>4.0f} {bar(value, low, high, min(cells, LONGEST_BAR))} {ends[1]:.0f}"
-
-
-def _value(value: float, unit: str) -> str:
-    if unit == "rad":
-        return deg_text(math.degrees(value))
-    return f"{tenths(value)}mm"
+def as_shown(value: float, unit: str) -> tuple[float, str]:
+    """Return a value as people read it, and its unit: angles are in degrees."""
+    return (math.degrees(value), DEGREE) if unit == "rad" else (value, unit)
 
 
 class ModelDesk(KeyApp):

@@ -2,6 +2,9 @@
 
 Works around the framework's own drivers, each time with the reason. Signals that end the program
 belong here as well: one of them says that the terminal was closed.
+
+`KeyApp.get_driver_class` makes every app use `lasting_driver`; a `DeskScreen` calls
+`send_changed_spans`.
 """
 
 from __future__ import annotations

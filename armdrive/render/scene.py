@@ -1,7 +1,12 @@
 """The picture of one arm in space over time.
 
-Everything around the arm is drawn once: the table, the base, the guards. The trail of the tip and
-the outlines of the reach are kept as they come.
+`ArmDrawing.space(moment)` makes the layers for a posture, a goal and a planned path: what stays
+(table, base, guards), and what moves over it (arm, trail, ghost, reach). `Studio.draw` turns them
+into cells, through a camera. A desk draws this at each poll of a moving arm, therefore what stays
+is drawn once for each camera and size, and copied.
+
+The outline of the reach takes too long for a poll. `ArmDrawing.missing` names the one that is
+wanted, the caller has `work_out` compute it in a thread, and gives it back to `keep`.
 """
 
 from __future__ import annotations
@@ -351,7 +356,8 @@ def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> P
 
 # --- One arm over time --------------------------------------------------------------------------
 
-MOST_OUTLINES = 128  # cached outlines of the reach, of at most about a hundred kilobytes each
+MOST_OUTLINES = 128  # cached outlines of the reach, of at most about a hundred kilobytes each:
+# an arm that is jogged to and fro comes back to the same few pitches and azimuths
 PLANE_DEG = 3  # the plane of the outline is rounded to this azimuth, which is a dot or two off
 
 _NO_LAYER = Layer()

@@ -60,8 +60,7 @@ class Session(AppSession):
             screens=SCREEN_FACTORIES,
             braille=braille,
             clock=self.clock,
-            first=self.first,
-            **more,
+            **{"first": self.first, **more},
         )
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
         self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is

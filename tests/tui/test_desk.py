@@ -27,23 +27,30 @@ from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
 from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
 from tui.watch import watched_state
 
+TITLES = [
+    # what an arm says of itself, and the title of its desk
+    ({}, "SIMULATED: sim (TeachMover)"),
+    ({"link": "simulated arm at 9600 baud"}, "SIMULATED: sim (TeachMover)"),
+    ({"simulated": False, "link": "COM3"}, "REAL ARM: sim (TeachMover) on COM3"),
+    # an arm that is named by its port is named only once
+    ({"arm": "COM3", "link": "COM3 at 9600 baud"}, "REAL ARM: TeachMover on COM3 at 9600 baud"),
+    (
+        {"arm": "can:slcan:COM4?bitrate=500000", "link": "can:slcan:COM4 at 500 kbit/s"},
+        "REAL ARM: TeachMover on can:slcan:COM4 at 500 kbit/s",
+    ),
+]
+
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
     async with Session() as session:
-        assert session.text("title").startswith("SIMULATED: sim (TeachMover)")
         session.shows("at first", state="keys DISARMED: enter arms")
+        assert session.lit_tab == " F2 Jog "
         await session.keys("q")
         assert session.arm.asked("nudge") == []
-        session.arm.set(simulated=False, link="COM3")
-        await session.poll()
-        assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
-        session.arm.set(arm="COM3", link="COM3 at 9600 baud")
-        await session.poll()
-        assert session.text("title") == "REAL ARM: TeachMover on COM3 at 9600 baud"
-        session.arm.set(arm="can:slcan:COM4?bitrate=500000", link="can:slcan:COM4 at 500 kbit/s")
-        await session.poll()
-        assert session.text("title") == "REAL ARM: TeachMover on can:slcan:COM4 at 500 kbit/s"
-        assert session.lit_tab == " F2 Jog "
+        for more, title in TITLES:
+            session.arm.set(**more)
+            await session.poll()
+            assert session.text("title") == title
 
 
 def everywhere_arm(**more):
@@ -104,13 +111,6 @@ async def test_what_needs_a_position_is_neither_offered_nor_begun_before_there_i
         for screen, (_, offer) in NEED_A_POSITION.items():
             await session.keys(screen)
             session.shows(screen, footer=offer)
-
-
-async def test_a_simulated_arm_is_named_without_a_link_that_it_has_not():
-    async with Session() as session:
-        session.arm.set(link="simulated arm at 9600 baud")
-        await session.poll()
-        assert session.text("title") == "SIMULATED: sim (TeachMover)"
 
 
 SILENT = [

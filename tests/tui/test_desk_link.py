@@ -1,5 +1,7 @@
 """The desk while the link is lost, and when it is back: with a fake arm, then a simulated one."""
 
+from itertools import product
+
 import pytest
 from desk_fake import FakeArm
 from desk_session import Session
@@ -59,12 +61,12 @@ async def test_a_stop_by_another_program_disarms_and_takes_back_a_first_press():
         assert session.arm.asked("home") == []
 
 
-@pytest.mark.parametrize("seen", [True, False])
-async def test_a_stop_by_another_program_makes_a_question_void(seen):
+async def test_a_stop_by_another_program_makes_a_question_void():
     """A yes counts for nothing, even if it comes before the desk has seen the stop."""
     async with Session(FakeArm(simulated=False)) as session:
-        for key in ("H", "P"):
+        for key, seen in product("HP", (True, False)):
             await session.press(key)
+            assert len(session.desk.screen_stack) == 2, (key, seen)
             stop_elsewhere(session.arm)
             if seen:
                 await session.poll()
@@ -72,7 +74,7 @@ async def test_a_stop_by_another_program_makes_a_question_void(seen):
                 assert len(session.desk.screen_stack) == 1
             await session.press("y")
             await session.settle()
-            assert session.arm.calls == [], key
+            assert session.arm.calls == [], (key, seen)
             assert len(session.desk.screen_stack) == 1
             assert seen or "the arm was stopped" in session.text("messages")
 
@@ -89,15 +91,15 @@ async def test_a_stop_by_another_program_leaves_what_asks_nothing_open():
 ENDED_HERE = "the jog ended here: further on, the elbow is beyond its limit"
 
 
-@pytest.mark.parametrize("key", ["f3", "v", "right_square_bracket"])
-async def test_what_the_arm_says_goes_with_the_next_key_or_screen(key):
+async def test_what_the_arm_says_goes_with_the_next_key_or_screen():
     async with Session() as session:
-        session.arm.set(notice=ENDED_HERE)
-        await session.poll()
-        assert session.text("messages") == ENDED_HERE
-        await session.press(key)
-        await session.poll()
-        assert ENDED_HERE not in session.text("messages")
+        for key in ("v", "right_square_bracket", "f3"):
+            session.arm.set(notice=ENDED_HERE)
+            await session.poll()
+            assert session.text("messages") == ENDED_HERE
+            await session.press(key)
+            await session.poll()
+            assert ENDED_HERE not in session.text("messages"), key
 
 
 async def test_the_latest_message_is_shown_whether_the_desk_or_the_arm_says_it():
@@ -135,42 +137,45 @@ async def test_a_jog_that_is_refused_again_says_so_again_and_one_that_begins_doe
         assert session.text("messages") == ENDED_HERE
 
 
-@pytest.mark.parametrize(
-    ("screen", "dialect", "sooner"),
-    [
-        ("f2", "teachmover", "The pendant's STOP key stops faster"),
-        ("f3", "mks", "The motors' power switch stops faster; the arm then sags."),
-    ],
-)
-async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends(screen, dialect, sooner):
-    async with Session(FakeArm(simulated=False, dialect=dialect)) as session:
-        await session.press(screen)
-        assert "space" in session.text("footer")
-        session.arm.set(
-            state=State.DISCONNECTED, error="the cable was pulled", silent_time_s=0.312,
-            silent_distance_mm=20.1, trust=Trust.SUSPECT, trust_reason="it was moving",
-        )  # fmt: skip
-        await session.poll()
-        for key in ("", "space"):
-            if key:
-                await session.press(key)
-                await session.settle()
-            said = session.text("messages")
-            assert said.startswith(sooner)
-            assert said.count(" stops faster") == 1
-            assert "ends by itself" not in said, "the safety panel says it"
-            assert "at any time" not in said
-            assert "asked for" not in said
-            assert "space" not in session.text("footer")
-            assert session.text("trust").endswith("position suspect: it was moving")
-            assert session.text("stopping").startswith(
-                "NO STOP REACHES IT; it ends by itself within 21 mm, 0.32 s"
-            )
-        assert session.arm.asked("stop")  # and yet the driver is told
-        session.arm.set(state=State.STANDBY, error="")
-        await session.poll()
-        assert session.text("stopping").startswith("a stop takes up to 14 mm, 0.21 s")
-        assert "space" in session.text("footer")
+QUICKER = [
+    # a screen, a dialect, what stops its arm sooner than the desk
+    ("f2", "teachmover", "The pendant's STOP key stops faster"),
+    ("f3", "mks", "The motors' power switch stops faster; the arm then sags."),
+]
+
+
+async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends():
+    async with Session(FakeArm(simulated=False)) as session:
+        for screen, dialect, sooner in QUICKER:
+            await session.press(screen)
+            assert "space" in session.text("footer")
+            session.arm.set(
+                dialect=dialect, state=State.DISCONNECTED, error="the cable was pulled",
+                silent_time_s=0.312, silent_distance_mm=20.1,
+                trust=Trust.SUSPECT, trust_reason="it was moving",
+            )  # fmt: skip
+            await session.poll()
+            for key in ("", "space"):
+                if key:
+                    await session.press(key)
+                    await session.settle()
+                said = session.text("messages")
+                assert said.startswith(sooner)
+                assert said.count(" stops faster") == 1
+                assert "ends by itself" not in said, "the safety panel says it"
+                assert "at any time" not in said
+                assert "asked for" not in said
+                assert "space" not in session.text("footer")
+                assert session.text("trust").endswith("position suspect: it was moving")
+                assert session.text("stopping").startswith(
+                    "NO STOP REACHES IT; it ends by itself within 21 mm, 0.32 s"
+                )
+            assert session.arm.asked("stop"), "and yet the driver is told"
+            session.arm.calls.clear()
+            session.arm.set(state=State.STANDBY, error="")
+            await session.poll()
+            assert session.text("stopping").startswith("a stop takes up to 14 mm, 0.21 s")
+            assert "space" in session.text("footer")
 
 
 async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
@@ -190,36 +195,35 @@ async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
         assert session.arm.calls == []
 
 
-@pytest.mark.parametrize(
-    ("state", "current", "why"),
-    [
-        (State.ERROR_STOP, "held", "the arm is in error-stop: look at the arm, then press R"),
-        (State.DISABLED, "off", "the motors are off: press P to switch the motors on"),
-        (State.DISABLED, "unknown", "hold the arm all the same: press P to switch the motors on"),
-    ],
-)
-async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it(
-    state, current, why
-):
+IMMOBILE_FOR = [
+    (State.ERROR_STOP, "held", "the arm is in error-stop: look at the arm, then press R"),
+    (State.DISABLED, "off", "the motors are off: press P to switch the motors on"),
+    (State.DISABLED, "unknown", "hold the arm all the same: press P to switch the motors on"),
+]
+
+
+async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_it():
     async with Session(FakeArm(simulated=False)) as session:
-        await session.hold("q")
-        session.arm.set(state=state, current=Current(current))
-        await session.poll()
-        assert "keys disarmed: the" in session.text("messages")
-        assert why in session.text("messages")
-        assert "enter arm" not in session.text("footer")
-        session.arm.calls.clear()
-        for key in ("enter", "q", "1", "H", "K"):
-            session.desk.message = ""
-            await session.press(key, after_s=5.0)
-            await session.settle()
-            assert why in session.text("messages"), key
-            assert len(session.desk.screen_stack) == 1
-        assert session.arm.calls == []
-        session.arm.set(state=State.STANDBY)
-        await session.poll()
-        await session.press("q", after_s=5.0)
-        assert session.arm.calls == []
+        for state, current, why in IMMOBILE_FOR:
+            session.arm.calls.clear()
+            await session.hold("q")
+            session.arm.set(state=state, current=Current(current))
+            await session.poll()
+            assert "keys disarmed: the" in session.text("messages")
+            assert why in session.text("messages")
+            assert "enter arm" not in session.text("footer")
+            session.arm.calls.clear()
+            for key in ("enter", "q", "1", "H", "K"):
+                session.desk.message = ""
+                await session.press(key, after_s=5.0)
+                await session.settle()
+                assert why in session.text("messages"), key
+                assert len(session.desk.screen_stack) == 1
+            assert session.arm.calls == []
+            session.arm.set(state=State.STANDBY)
+            await session.poll()
+            await session.press("q", after_s=5.0)
+            assert session.arm.calls == []
 
 
 async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next():

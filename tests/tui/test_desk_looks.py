@@ -1,17 +1,15 @@
 """Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
 
 import pytest
-from desk_fake import END, MODEL, Clock, FakeArm, FakeHolder, unknown_position
+from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from desk_logged import LoggedArm
 from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen
 
 from armdrive.status import LinkStats, State
-from tui.axes import AxisTable, bar
-from tui.desk import Desk
+from tui.axes import AxisTable, bar_parts
 from tui.jog.panels import OVER_S
-from tui.startup import SCREEN_FACTORIES
 from tui.watch import Watching
 from tui.widgets import PlainText
 
@@ -20,14 +18,11 @@ from tui.widgets import PlainText
 
 @pytest.mark.parametrize("size", [(80, 24), (200, 60)])
 def test_the_jog_screen(snap_compare, size):
-    desk = Desk(FakeArm(), screens=SCREEN_FACTORIES, braille=True, clock=Clock())
-    assert snap_compare(desk, terminal_size=size)
+    assert snap_compare(Session().desk, terminal_size=size)
 
 
 def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
-    desk = Desk(
-        FakeArm(**unknown_position()), screens=SCREEN_FACTORIES, braille=False, clock=Clock()
-    )
+    desk = Session(FakeArm(**unknown_position()), braille=False).desk
     assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
 
 
@@ -36,7 +31,7 @@ def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
     [(None, "━━━━━"), (0, "●━━━━"), (10, "━━━━●"), (-1, "<━━━━"), (11, "━━━━>")],
 )
 def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
-    assert bar(value, 0.0, 10.0, 5) == shown
+    assert "".join(bar_parts(value, 0.0, 10.0, 5)) == shown
 
 
 LONG = {
@@ -53,34 +48,36 @@ ALL_PANELS = ("tip", "joints", "gripper", "near", "details")
 DETAILED = [
     # a size, keys, the panels that the details leave room for
     ((80, 24), "D", ("joints", "gripper", "details")),
-    ((80, 24), "D m", ("tip", "gripper", "details")),
-    ((80, 24), "D D", ("tip", "joints", "gripper", "near")),
+    ((80, 24), "m", ("tip", "gripper", "details")),
+    ((80, 24), "D m", ("tip", "joints", "gripper", "near")),
     ((80, 39), "D", ALL_PANELS),
-    ((80, 14), "", ("joints", "gripper")),
+    ((80, 14), "D", ("joints", "gripper")),
     ((80, 14), "m", ("tip", "gripper")),
-    ((80, 9), "", ("joints", "gripper")),
+    ((80, 9), "m", ("joints", "gripper")),
     ((120, 40), "D", ALL_PANELS),
 ]
 
 
-@pytest.mark.parametrize(("size", "keys", "panels"), DETAILED)
-async def test_details_are_shown_on_asking_and_no_line_is_cut(size, keys, panels):
-    async with Session(FakeArm(**LONG), size=size) as session:
-        for dialect in ("teachmover", "grbl"):
-            session.arm.set(dialect=dialect)
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+async def test_details_are_shown_on_asking_and_no_line_is_cut(dialect):
+    size = (80, 24)
+    async with Session(FakeArm(**LONG, dialect=dialect), size=size) as session:
+        for here, keys, panels in DETAILED:
+            if here != size:
+                size = here
+                await session.resize(*size)
             await session.keys(keys)
             session.clock.now_s += OVER_S
             await session.settle()
             for name in ALL_PANELS:
                 shown = " ".join(session.text(name).split())
                 painted = session.screen.query_one(f"#{name}").display
-                assert painted == (name in panels), name
+                assert painted == (name in panels), (size, keys, name)
                 if painted and size[1] >= (40 if name == "near" else 24):  # smaller ones cut it
-                    assert session.painted_words(name) == shown, name
+                    assert session.painted_words(name) == shown, (size, keys, name)
             if "details" in panels:
                 assert "sent @STEP" in session.text("details")
                 assert session.text("details").endswith("the end")
-            await session.keys(keys)
 
 
 async def test_the_tiniest_terminal_still_offers_the_stop_and_the_keys():
@@ -121,7 +118,7 @@ async def test_a_text_has_as_many_rows_as_it_needs():
 @pytest.mark.parametrize("app", ["a desk", "a watched arm"])
 async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours(app):
     made = {
-        "a desk": lambda: Desk(FakeArm(), screens=SCREEN_FACTORIES, braille=True, clock=Clock()),
+        "a desk": lambda: Session().desk,
         "a watched arm": lambda: Watching("sim", MODEL, FakeHolder({}), braille=True),
     }[app]()
     async with made.run_test(size=(80, 24)) as pilot:

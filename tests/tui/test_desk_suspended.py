@@ -14,6 +14,7 @@ from textual._xterm_parser import XTermParser
 from armdrive.motion.dead_man import GATE_S
 from armdrive.status import State, status_view
 from tui.app import POLL_S, STARVED_S, SUSPENDED_S
+from tui.arm_view import SpaceView
 from tui.axes import AxisTable
 from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
 from tui.watch import Watching
@@ -270,17 +271,36 @@ async def test_no_question_is_answered_by_what_was_typed_meanwhile():
         assert session.arm.asked("reference")
 
 
+async def mouse(session, kind, x, y):
+    event = kind(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
+    event.time = session.clock.now_s
+    await session.send(event)
+
+
 async def test_no_button_is_held_by_what_the_mouse_did_meanwhile():
     async with Suspended(size=(120, 40)) as session:
         await session.arm_again()
         caps = session.screen.query_one("#joints", AxisTable).content_region
         await session.suspend(0.4, told=True)
-        x, y = caps.x + 1, caps.y
         for kind in (events.MouseDown, events.MouseUp):
-            event = kind(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
-            event.time = session.clock.now_s
-            await session.send(event)
+            await mouse(session, kind, caps.x + 1, caps.y)
         assert session.moved == []
+
+
+@pytest.mark.parametrize("time_s", [STARVED_S + 0.1, SUSPENDED_S + 0.1])
+async def test_what_the_mouse_held_before_is_let_go_though_its_release_is_dropped(time_s):
+    async with Suspended(size=(120, 40)) as session:
+        view = session.screen.query_one(SpaceView)
+        x, y = view.region.x + 5, view.region.y + 5
+        await mouse(session, events.MouseDown, x, y)
+        await mouse(session, events.MouseMove, x + 1, y)
+        turned = view.camera
+        await session.suspend(time_s, told=False)
+        await mouse(session, events.MouseUp, x + 1, y)
+        await session.pass_by(1.0)
+        await mouse(session, events.MouseMove, x + 9, y)
+        assert view.camera == turned
+        assert session.desk.mouse_captured is None
 
 
 class Silent:

@@ -72,10 +72,7 @@ def test_a_desk_shows_no_colours_if_asked_and_stops_the_arm_when_its_terminal_cl
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGCONT"), reason="needs signals of Unix")
-@pytest.mark.parametrize("suspending", ["SIGSTOP", "SIGTSTP"])
-def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began(
-    tmp_path, suspending
-):
+def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began(tmp_path):
     notes = tmp_path / "notes"
     ours, theirs = pty.openpty()
     before = termios.tcgetattr(theirs)
@@ -85,16 +82,12 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         os.write(ours, b"\r")
         seen += _read_until(ours, b"STOP")
         assert COLOUR.search(seen)
-        _arm(ours)
-        child.send_signal(getattr(signal, suspending))
-        for _ in looks("the desk was not suspended"):
-            if os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
-                break
-            if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
-                os.read(ours, 65536)
-        os.write(ours, b"w")
-        child.send_signal(signal.SIGCONT)
-        _read_until(ours, b"SIMULATED")  # all is painted anew
+        for suspending in (signal.SIGTSTP, signal.SIGSTOP):
+            _arm(ours)
+            _suspend(child, ours, suspending)
+            os.write(ours, b"w")
+            child.send_signal(signal.SIGCONT)
+            _read_until(ours, b"SIMULATED")  # all is painted anew
         child.terminate()
         _read_until(ours, b"\x1b[?1004l")  # what it says last to its terminal
         assert child.wait(LONG_S) == 143
@@ -105,6 +98,16 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         os.close(ours)
         os.close(theirs)
     assert set(notes.read_text().split()) == {"stop", "close"}
+
+
+def _suspend(child, ours, number):
+    """Send a signal that suspends the desk, and wait until it has."""
+    child.send_signal(number)
+    for _ in looks("the desk was not suspended"):
+        if os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
+            return
+        if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
+            os.read(ours, 65536)
 
 
 class GoneFile:

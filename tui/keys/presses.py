@@ -1,6 +1,16 @@
 """Which key presses count: rules against overtaken, stale, pasted, repeated and accidental presses.
 
 Times are in s, on any one clock. None of this knows a screen.
+
+| rule | question | asked by |
+|---|---|---|
+| `UrgentKeys` | was it typed before a stop that has acted? | the driver's thread and the app |
+| `BurstDetector` | did it come together with others, as in a paste? | the app, for each key |
+| `SuspensionDetector` | for how long did the program not run? | the app, at each poll and key |
+| `StaleInput` | did it come before the first pause after that? | the app, for keys and mouse |
+| `Confirmation` | is it a second press, or one that is held? | keys that need one or two presses |
+
+Jog keys have one rule more, the dead-man switch in `armdrive.motion.dead_man`.
 """
 
 from __future__ import annotations
@@ -132,7 +142,8 @@ QUIET_S = 0.3
 """The pause after the last press: a key that is held repeats sooner."""
 
 ASKED_FOR_S = 10.0
-"""A first press that is older has been forgotten."""
+"""A first press that is older has been forgotten: whoever presses the key now asks for the first
+time."""
 
 STILL_HELD = "a key that is held is pressed once: let go, and press it again after a moment"
 

@@ -1,4 +1,10 @@
-"""One planned motion asked for at a screen: seen first, confirmed twice, and stopped with all."""
+"""One planned motion asked for at a screen: seen first, confirmed twice, and stopped with all.
+
+At each poll `PlannedMove.follow` compares what a preview depends on (`Seen`: goal, motor steps,
+state, trust) with what it was computed from. If something differs, it computes another one in a
+thread, one at a time, and takes a first press back. So two presses always confirm the motion that
+is on the screen, and `_go` moves nothing if it has changed since.
+"""
 
 from __future__ import annotations
 

@@ -28,24 +28,22 @@ from tui.terminal import lasting_driver
 from tui.watch import Watching
 from tui.widgets import KeyLine
 
-SCREEN_KEYS = {entry.id: entry.key for entry in SCREENS}
+PLACES_OF_SCREENS = {entry.id for entry in SCREENS}
 OPENED_BY = {
-    "help": ("question_mark",),
-    "question": ("H",),
-    "line": ("f7", "enter"),
-    "find": ("f7", "slash"),
-    "catalogue": ("f7", "e"),
+    "help": ("jog", "question_mark"),
+    "question": ("jog", "H"),
+    "line": ("log", "enter"),
+    "find": ("log", "slash"),
+    "catalogue": ("log", "e"),
 }
-"""Dialogs, by the keys that lead to them."""
+"""Dialogs, by the screens and the keys that lead to them."""
 
 
 @asynccontextmanager
 async def at_screen(name):
     arm = busy_arm() if name == "log" else PlannerArm()
     arm.config = CONFIG
-    async with Session(arm) as session:
-        await session.press(SCREEN_KEYS[name])
-        await session.settle()
+    async with Session(arm, first=name) as session:
         yield session.desk, session.pilot, DEFAULT_KEYS.at(name)
 
 
@@ -53,9 +51,13 @@ async def at_screen(name):
 async def at_dialog(name, memory):
     arm = busy_arm()
     arm.set(simulated=False)
-    first = {"memory": memory / "none.json"} if name == "first" else {}
-    async with Session(arm, **first) as session:
-        for key in OPENED_BY.get(name, ()):
+    if name == "first":
+        opened, keys = {"memory": memory / "none.json"}, ()
+    else:
+        screen, *keys = OPENED_BY[name]
+        opened = {"first": screen}
+    async with Session(arm, **opened) as session:
+        for key in keys:
             await session.press(key)
             await session.settle()
         assert len(session.desk.screen_stack) == 2
@@ -71,7 +73,7 @@ async def running(app, rows):
 
 def place(name, memory):
     """Bring an app to a place; yields it, its pilot, and the rows that count there."""
-    if name in SCREEN_KEYS:
+    if name in PLACES_OF_SCREENS:
         return at_screen(name)
     if name == "watch":
         app = Watching("sim", MODEL, FakeHolder(status_view(FakeArm().status), END), braille=True)
@@ -167,7 +169,7 @@ ALL_PLACES = sorted({row.place for row in TABLE})
 @pytest.mark.parametrize("place", ALL_PLACES)
 def test_no_key_does_two_things_at_one_place(place):
     # what counts in dialogs need not differ from the screens': nothing goes through a dialog
-    places = (place, "") if place in {entry.id for entry in SCREENS} else (place,)
+    places = (place, "") if place in PLACES_OF_SCREENS else (place,)
     keys = [key for binding in bindings(*places) for key in binding.key.split(",")]
     assert len(keys) == len(set(keys))
 
@@ -382,7 +384,7 @@ def test_no_key_of_a_layout_does_two_things_at_one_place(layout):
 
 def _counts_at(row, place):
     """Return whether the keys of a row have an effect on a screen or in a dialog."""
-    of_every_screen = not row.place and place in {entry.id for entry in SCREENS}
+    of_every_screen = not row.place and place in PLACES_OF_SCREENS
     return row.place == place or row.everywhere or of_every_screen
 
 

@@ -315,10 +315,9 @@ async def test_nothing_is_wider_than_the_screen():
     ],
 )
 def test_the_dialogs_of_the_log(snap_compare, keys, size):
-    session = Session(busy_arm())
+    session = LogSession()
 
     async def opened(pilot):
-        await pilot.press("f7")
         await at_rest(pilot)
         await pilot.press(*keys)
         # the text of a dialog is filled in once its size is known

@@ -283,8 +283,8 @@ async def test_keys_without_a_use_say_so_and_every_key_has_an_action():
 
 
 def test_the_move_screen(snap_compare):
-    session = Session(PlannerArm())
-    keys = ["f3", "2", "6", "0", "down", "4", "0"]
+    session = MoveSession()
+    keys = ["2", "6", "0", "down", "4", "0"]
 
     assert snap_compare(session.desk, press=keys, terminal_size=(80, 24), run_before=at_rest)
 

@@ -342,11 +342,9 @@ async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless(
 
 
 def test_the_points_screen(snap_compare):
-    session = Session(taught_arm())
+    session = PointSession()
 
-    assert snap_compare(
-        session.desk, press=["f4", "up"], terminal_size=(80, 24), run_before=at_rest
-    )
+    assert snap_compare(session.desk, press=["up"], terminal_size=(80, 24), run_before=at_rest)
 
 
 # -- the list alone ---------------------------------------------------------------------------

@@ -4,7 +4,6 @@ import threading
 from dataclasses import replace
 
 import pytest
-from desk_fake import Clock
 from desk_planner import at_rest
 from desk_session import AGAIN_S, Session
 from textual import events
@@ -14,8 +13,6 @@ from armdrive import Arm
 from armdrive.errors import Refused
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.status import State
-from tui.desk import Desk
-from tui.startup import SCREEN_FACTORIES
 
 WAVE = """\
 type "hello"
@@ -343,43 +340,55 @@ LEAVING = {
 }
 
 
-async def left(session, how):
-    """Leave the screen or lose the arm in one of these ways, and see how the run ends."""
-    run = session.screen.run
+async def left_and_back(session, how, run, ends):
+    """Leave the screen or lose the arm in one of these ways; see `run` end by itself; come back."""
     if (done := LEAVING[how](session)) is not None:
         await done
-    return run
+    ends()
+    await session.until(lambda: not run.busy)
+    session.desk.dialogs.close_all()
+    await session.keys("f8")
 
 
-@pytest.mark.parametrize("how", LEAVING)
-async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path, how):
+async def test_leaving_lets_a_motion_end_and_begins_no_other_one(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        gate = Gate(arm)
-        await session.begin()
-        await session.until(gate.began.is_set)
-        stops = arm.stops
-        run = await left(session, how)
-        assert arm.stops == stops, "the motion comes to its end, as one of the points screen does"
-        gate.may_end.set()
-        await session.until(lambda: not run.busy)
-        assert len(gate.moves) == 1
-        assert run.failed_in == 3
-        assert interrupted(arm.config.name).line == 3
+        start, run, gate = arm.joints, session.screen.run, Gate(arm)
+        for how in LEAVING:
+            gate.began.clear()
+            gate.may_end.clear()
+            gate.moves.clear()
+            await session.begin()
+            await session.until(gate.began.is_set)
+            stops = arm.stops
+
+            def ends(how=how, stops=stops):
+                assert arm.stops == stops, f"{how}: the motion ends as one of the points screen"
+                gate.may_end.set()
+
+            await left_and_back(session, how, run, ends)
+            assert len(gate.moves) == 1, how
+            assert run.failed_in == 3, how
+            assert interrupted(arm.config.name).line == 3, how
+            arm.move_j(start)
+            await session.poll()
 
 
-@pytest.mark.parametrize(("how", "program"), zip(LEAVING, (WAITS, HOLDS) * 3, strict=True))
-async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, how, program):
+@pytest.mark.parametrize("program", [WAITS, HOLDS], ids=["an input", "a person"])
+async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, program):
     async with ProgramSession(arm, tmp_path, waits=program) as session:
-        await session.begin()
-        if program is HOLDS:
-            await session.until(lambda: session.screen.run.asks)
-        else:
-            await session.at_line(2)
-        run = await left(session, how)
-        await session.until(lambda: not run.busy)
-        assert run.failed
-        arm.sleep(0.1)  # simulated time passes only while somebody waits
-        assert not arm.status.paused, "a stop ends a pause, too"
+        start, run = arm.joints, session.screen.run
+        for how in LEAVING:
+            await session.begin()
+            if program is HOLDS:
+                await session.until(lambda: run.asks)
+            else:
+                await session.at_line(2)
+            await left_and_back(session, how, run, lambda: None)
+            assert run.failed, how
+            arm.sleep(0.1)  # simulated time passes only while somebody waits
+            assert not arm.status.paused, f"{how}: a stop ends a pause, too"
+            arm.move_j(start)
+            await session.poll()
 
 
 async def test_a_stop_ends_a_motion_at_once(arm, tmp_path):
@@ -418,21 +427,17 @@ async def test_a_long_program_is_scrolled_by_pages(arm, tmp_path):
 
 
 def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_path):
-    (tmp_path / "late.arm").write_text(LATE)
-    clock = Clock()
     with Arm.connect("sim:teachmover") as arm:
         arm.home()
-        desk = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock)
-        desk.programs = tmp_path
+        session = ProgramSession(arm, tmp_path, late=LATE)
 
         async def run(pilot):
-            for key in ("f8", "r"):
-                await pilot.press(key)
-                await at_rest(pilot)
+            await pilot.press("r")
+            await at_rest(pilot)
             for _ in range(2):
-                clock.now_s += AGAIN_S
+                session.clock.now_s += AGAIN_S
                 await pilot.press("enter")
-            clock.now_s += 0.5
-            desk.poll()
+            session.clock.now_s += 0.5
+            session.desk.poll()
 
-        assert snap_compare(desk, terminal_size=(120, 40), run_before=run)
+        assert snap_compare(session.desk, terminal_size=(120, 40), run_before=run)

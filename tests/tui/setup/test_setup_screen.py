@@ -258,7 +258,8 @@ def test_the_setup_screen(snap_compare, what, size, monkeypatch):
     session = SetupSession()
 
     async def ready(pilot):
-        for key in ("f5", *SHOWN[what]):
+        await at_rest(pilot)
+        for key in SHOWN[what]:
             await pilot.press(key)
             session.clock.now_s += 0.5
             await at_rest(pilot)
