@@ -3,8 +3,8 @@
 Lengths in mm, angles in rad. Conservative advancement (Mirtich, 1996): while no point of the arm
 travels further than its room (`GuardedArm.room_mm`), no guard can be violated. Two postures whose
 rooms together cover the travel between them prove everything in between. If they do not, the motion
-is halved, until the travel is `step_mm` or less. So the arm is nowhere further beyond a guard than
-half of `step_mm`, and usually a few samples are enough.
+is halved, until the travel is `STEP_MM` or less. So the arm is nowhere further beyond a guard than
+half of `STEP_MM`, and usually a few samples are enough.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry
 from kinematics.guards import GuardedArm, Guards, GuardViolation, deepest
 from kinematics.paths.curves import JointPath
@@ -33,7 +32,6 @@ def first_violation(
     arm: ArmGeometry,
     guards: Guards,
     waypoints: Sequence[Joints],
-    step_mm: float = STEP_MM,
     *,
     way_out: bool = False,
 ) -> tuple[float, GuardViolation] | None:
@@ -41,13 +39,12 @@ def first_violation(
 
     The fraction (0 to 1) in the result is the share of the total travel bound that lies before the
     violation. With `way_out`, a guard violated at the start counts only if it gets deeper: every
-    such guard separately, from one sample to the next, at most `step_mm` of travel apart, until the
+    such guard separately, from one sample to the next, at most `STEP_MM` of travel apart, until the
     arm is free of it.
     """
-    step = positive("step_mm", step_mm)
     if not waypoints:
         return None
-    watch = _Watch(guards.over(arm), step)
+    watch = _Watch(guards.over(arm))
     broken = watch.begin(waypoints[0])
     if broken is not None and not way_out:
         return 0.0, broken
@@ -67,9 +64,8 @@ def first_violation(
 class _Watch:
     """One pass along a path: the room at the present posture, and how deep each guard may be."""
 
-    def __init__(self, guarded: GuardedArm, step_mm: float) -> None:
+    def __init__(self, guarded: GuardedArm) -> None:
         self._guarded = guarded
-        self._step_mm = step_mm
         self._depths: dict[Key, float] = {}
         self._room_mm = 0.0
 
@@ -89,7 +85,7 @@ class _Watch:
         """
         share = 0.0
         if self._depths:
-            count = int(travel_mm / self._step_mm) + 1
+            count = int(travel_mm / STEP_MM) + 1
             for part in range(1, count + 1):
                 share = part / count
                 worse = self._deeper(motion.at(share))
@@ -126,7 +122,7 @@ class _Watch:
         while ahead:
             high, beyond_mm = ahead[-1]
             part_mm = (high - low) * travel_mm
-            near = part_mm <= self._step_mm
+            near = part_mm <= STEP_MM
             if near and beyond_mm < 0.0:
                 return high
             if beyond_mm >= 0.0 and (near or self._room_mm + beyond_mm >= part_mm):

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from kinematics import FiveAxisArm, JointRange, Pose
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, pose_goal
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.inverse import Reason, solve_frame_ik, solve_goal
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.nearest import nearest
@@ -172,7 +172,7 @@ def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
     goal = compose(
         MINI_MOVER.fk((0.2, 0.6, -1.0, 0.3, 0.4)), transform(rot_x(tilt), (0.0, 0.0, 0.0))
     )
-    solution = solve_frame_ik(MINI_MOVER, goal, starts=QUICK)
+    solution = solve_goal(MINI_MOVER, frame_goal(goal), starts=QUICK)
     assert solution.reason is Reason.TOO_FEW_AXES
     assert Part.POSITION in solution.met
     assert Part.HEADING in solution.missed
@@ -216,7 +216,7 @@ def test_no_answer_is_wrong_and_not_flagged(chain):
     bent = [0.3, 0.5, -0.9, 0.4, 0.0, 0.2][: len(chain)]  # a Puma's wrist is straight
     frames += [chain.fk(chain.clamp(values)) for values in (chain.zero, bent)]
     for frame in frames:
-        solution = solve_frame_ik(chain, frame, starts=3)
+        solution = solve_goal(chain, frame_goal(frame), starts=3)
         off = gap(chain.fk(solution.joints), frame)
         assert solution.ok == (off < 1e-3)
         assert not chain.violations(solution.joints)
