@@ -29,25 +29,18 @@ Key = tuple[str, str]
 
 
 def first_violation(
-    arm: ArmGeometry,
-    guards: Guards,
-    waypoints: Sequence[Joints],
-    *,
-    way_out: bool = False,
+    arm: ArmGeometry, guards: Guards, waypoints: Sequence[Joints]
 ) -> tuple[float, GuardViolation] | None:
     """Return where a path of joint motions first violates a guard, or None.
 
     The fraction (0 to 1) in the result is the share of the total travel bound that lies before the
-    violation. With `way_out`, a guard violated at the start counts only if it gets deeper: every
-    such guard separately, from one sample to the next, at most `STEP_MM` of travel apart, until the
-    arm is free of it.
+    violation. A path may lead out of a guard: one violated at the start counts only if it gets
+    deeper, every such guard separately, from one sample to the next, at most `STEP_MM` of travel
+    apart, until the arm is free of it.
     """
     if not waypoints:
         return None
-    watch = _Watch(guards.over(arm))
-    broken = watch.begin(waypoints[0])
-    if broken is not None and not way_out:
-        return 0.0, broken
+    watch = _Watch(guards.over(arm), waypoints[0])
     motions = [JointPath(a, b) for a, b in pairwise(waypoints)]
     travels_mm = [arm.travel_bound_mm(motion.changes_rad) for motion in motions]
     done_mm, total_mm = 0.0, sum(travels_mm)
@@ -64,19 +57,13 @@ def first_violation(
 class _Watch:
     """One pass along a path: the room at the present posture, and how deep each guard may be."""
 
-    def __init__(self, guarded: GuardedArm) -> None:
+    def __init__(self, guarded: GuardedArm, start: Joints) -> None:
         self._guarded = guarded
-        self._depths: dict[Key, float] = {}
-        self._room_mm = 0.0
-
-    def begin(self, joints: Joints) -> GuardViolation | None:
-        """Start at the first posture; return the worst guard that it violates."""
-        self._room_mm = self._guarded.room_mm(joints)
-        if self._room_mm >= 0.0:
-            return None
-        broken = self._guarded.violations(joints)
-        self._depths = {(one.guard, one.quantity): one.excess_mm for one in broken}
-        return deepest(broken)
+        self._room_mm = guarded.room_mm(start)
+        broken = guarded.violations(start) if self._room_mm < 0.0 else ()
+        self._depths: dict[Key, float] = {
+            (one.guard, one.quantity): one.excess_mm for one in broken
+        }
 
     def along(self, motion: JointPath, travel_mm: float) -> tuple[float, GuardViolation] | None:
         """Follow one joint motion; return the share at which a guard is first violated.
