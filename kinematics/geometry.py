@@ -194,6 +194,7 @@ class ArmGeometry(Protocol):
 # of up, side, along: for a hand that points outwards it is to the right.
 
 LONGEST_MM = 1000.0
+"""No tool is longer: the built-in arms reach less than half of it."""
 
 
 @dataclass(frozen=True, slots=True)

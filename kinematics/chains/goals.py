@@ -257,6 +257,7 @@ PLANE_SINE = 1e-9
 """A hand that leaves the plane of base axis and tip by less than this lies in it."""
 
 _LOOKS = 8
+"""Random postures in which a hand must lie in the plane: one alone may do so by chance."""
 
 
 class HandTask(Enum):

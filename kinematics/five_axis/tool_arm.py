@@ -208,7 +208,10 @@ class ToolArm:
 
 @runtime_checkable
 class TakesTool(Protocol):
-    """An arm whose own numbers say where its tool is."""
+    """An arm whose own numbers say where its tool is: `ChainArm`.
+
+    The class itself is not named here: it would load the solver of chains for every arm.
+    """
 
     def with_tool(self, tool: Tool) -> ArmGeometry:
         """Return this arm with a tool in its hand."""

@@ -156,6 +156,7 @@ def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]
 # = 0.269 mm = 0.0106 in, rounded to 0.011 in and turned back into 0.28 mm.
 
 _POSTURES_EACH_WAY = 4
+"""Parts into which each joint's range is cut for the lattice."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,8 +88,13 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
 
 
 _EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)
+"""Angles of the example posture: no two are alike, and none is a right angle."""
+
 _TRAVEL = 0.4
+"""The share of its range at which a joint stands whose range does not hold its example angle."""
+
 _FREE_TRAVEL_MM = 100.0
+"""Where a slide without limits stands."""
 
 
 def example_posture(chain: Chain) -> tuple[float, ...]:
