@@ -4,6 +4,7 @@ import dataclasses
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -130,7 +131,7 @@ def test_a_posture_is_its_own_answer():
     assert list(found) == pytest.approx(list(START), abs=1e-9)
 
 
-@pytest.mark.parametrize(("pitch_deg", "z_mm"), [(-90.0, 500), (90.0, 1250), (-100.0, 500)])
+@every_row("pitch_deg, z_mm", [(-90.0, 500), (90.0, 1250), (-100.0, 500)])
 def test_a_vertical_hand_and_one_beyond_it_are_held(pitch_deg, z_mm):
     pose = Pose.of(x_mm=450, y_mm=150, z_mm=z_mm, pitch_deg=pitch_deg, roll_deg=20, yaw_deg=30)
     found = PUMA.ik(pose)

@@ -57,8 +57,8 @@ WRIST = "spherical wrist: the last three axes meet in one point, axes 2 and 3 ar
 PARALLEL = "three parallel axes: 2, 3 and 4"
 
 
-@pytest.mark.parametrize(
-    ("name", "said"),
+@every_row(
+    "name, said",
     [
         ("Puma 560", WRIST),
         ("KUKA KR 6", WRIST),
@@ -79,8 +79,8 @@ def with_link(chain, index, link):
     return replace(chain, links=(*chain.links[:index], link, *chain.links[index + 1 :]))
 
 
-@pytest.mark.parametrize(
-    ("chain", "why"),
+@every_row(
+    "chain, why",
     [
         (COBOT_WITHOUT_WRIST, "nor do the last three axes meet in one point"),
         (NOTHING_MEETS_BUT_THE_WRIST, "axes 2 and 3 are not parallel"),
@@ -127,7 +127,7 @@ def test_the_branches_of_every_branch_are_the_same_ones(name, data):
         assert all(min(turn_gap(a, b) for b in found) < 1e-4 for a in again)
 
 
-@pytest.mark.parametrize("name", sorted(ARMS))
+@every_row("name", sorted(ARMS))
 def test_a_base_and_a_tool_change_nothing(name):
     chain = replace(ARMS[name], base=ASKEW, tool=ASKEW)
     closed = closed_form(chain)

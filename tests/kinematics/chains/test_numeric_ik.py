@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_cases import ALPHA_II, MINI_MOVER, PUMA, gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -101,8 +102,8 @@ def test_a_wrist_s_second_turn_is_found_from_its_seed():
     assert solution.joints == pytest.approx(values, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "z", "pitch"),
+@every_row(
+    "x, y, z, pitch",
     [
         (250, 80, 120, -90),
         (150, -200, 300, 20),
@@ -124,7 +125,7 @@ def test_the_closed_form_and_the_numbers_agree_on_what_can_be_reached(x, y, z, p
         assert solution.reason is not Reason.NONE
 
 
-@pytest.mark.parametrize(
+@every_row(
     "pose",
     [
         Pose.of(x_mm=420, y_mm=60, z_mm=120, pitch_deg=-60),
@@ -203,9 +204,7 @@ def test_on_the_base_axis_any_base_angle_serves():
     assert z == pytest.approx(550.0, abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    "chain", [PUMA, MINI_MOVER, ALPHA_II, SLIDER], ids=lambda chain: chain.name
-)
+@every_row("chain", [PUMA, MINI_MOVER, ALPHA_II, SLIDER], ids=lambda chain: chain.name)
 def test_no_answer_is_wrong_and_not_flagged(chain):
     """Goals in reach, out of it, on the base axis, off the arm's manifold, on singularities."""
     frames = [

@@ -123,7 +123,7 @@ def test_links_are_drawn_to_the_next_joint():
     assert sorted(drawn.values()) == pytest.approx([0.0965, 0.1778, 0.1778, 0.1937])
 
 
-@pytest.mark.parametrize("name", ["minimover5", "alpha2-lecture", "puma"])
+@every_row("name", ["minimover5", "alpha2-lecture", "puma"])
 def test_pinocchio_reads_the_same_arm(name):
     pinocchio = pytest.importorskip("pinocchio", reason="pinocchio (pip install pin) is not here")
     chain = SYSTEMS[name].chain()

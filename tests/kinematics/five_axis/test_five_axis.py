@@ -111,7 +111,7 @@ def test_elbow_up_and_base_front_mean_what_they_say():
         assert abs(branch.joints["base"]) == pytest.approx(faces)
 
 
-@pytest.mark.parametrize("turns", [-1, 1])
+@every_row("turns", [-1, 1])
 def test_roll_is_solved_to_the_turn_nearest_the_seed(turns):
     joints = Joints.of(10, 60, -70, -20, 190 * turns)
     pose = TEACHMOVER.fk(joints)
@@ -362,8 +362,8 @@ def test_no_posture_close_to_the_answer_is_nearer(case, seed, push):
             assert distance_mm(pose, goal) >= found.distance_mm - 1e-4
 
 
-@pytest.mark.parametrize(
-    ("goal", "expected"),
+@every_row(
+    "goal, expected",
     [
         (Pose(600, 0, 193.7, 0), Pose(452.1, 0, 193.7, 0)),
         (Pose(0, 600, 193.7, 0), Pose(0, 452.1, 193.7, 0)),

@@ -45,7 +45,7 @@ def example_of(name):
     return symbolic_example(subject_of_system(SYSTEMS[name]))
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_no_entry_holds_what_rounding_left_of_a_right_angle(name):
     example = example_of(name)
     for frame in (*example.matrices, example.product):
@@ -173,7 +173,7 @@ def test_the_mini_movers_solution_reads_step_by_step():
     assert written["theta4"] == "atan2(S(pitch), C(pitch)) - theta2 - theta3"
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_following_the_written_steps_leads_to_the_joint_values(name):
     system = SYSTEMS[name]
     posture = [

@@ -166,7 +166,7 @@ def test_a_system_in_symbols_shows_matrices_product_and_solutions():
     assert "  as elbow up, but" in lines
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_latex_has_as_many_opening_as_closing_braces(name):
     example = symbolic_example(subject_of_system(system(name)))
     text = "\n".join(line for each in symbolic_sections(example, latex=True) for line in each.lines)
