@@ -168,9 +168,6 @@ class ArmGeometry(Protocol):
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture violates."""
 
-    def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
-
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
 

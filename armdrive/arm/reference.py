@@ -41,6 +41,7 @@ from armdrive.storage.record import last_entry, write_down
 from armdrive.tasks import listed
 from armdrive.trace.recorder import traced
 from kinematics.errors import finite
+from kinematics.limits import refuse_worst
 from kinematics.spaces import Joints, Pose
 
 T = TypeVar("T")
@@ -144,7 +145,7 @@ class ArmReference(ArmPart):
             joints = geometry.ik(posture)
         else:
             joints = in_order(posture, geometry.joint_names)
-        geometry.check(joints)
+        refuse_worst(geometry.violations(joints))
         self._parts.runner.require(Event.MOVE, "declaring a posture")
         await _take(self._parts, joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
 

@@ -126,10 +126,6 @@ class ToolArm:
         """Return the limits that a posture breaks."""
         return self.bare.violations(joints)
 
-    def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        self.bare.check(joints)
-
     def follower(self, start: Joints) -> NearFollower:
         """Return what keeps a posture along curves of the tool's point that begin in it."""
         origin = self.fk(start)

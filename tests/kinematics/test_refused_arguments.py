@@ -255,7 +255,7 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
         (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
         (lambda: TEACHMOVER.fk(TURNED_ROUND), "joints of this arm are base, .* not wrist_roll, "),
-        (lambda: TEACHMOVER.check(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
+        (lambda: TEACHMOVER.violations(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
         (lambda: MINI.fk(TURNED_ROUND), "the joints of this arm are "),
         (lambda: TEACHMOVER.ik(TEACHMOVER.fk(HOME), TURNED_ROUND), "the joints of this arm"),
         (lambda: Motors((1, 2.0)), "motor 2 steps must be a whole number, not 2.0"),
