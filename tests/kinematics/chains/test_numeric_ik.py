@@ -27,8 +27,9 @@ ARM = FiveAxisArm(
 QUICK = 6
 
 
-def solve_pose_ik(chain, pose, *, pitch_free=False, roll_free=False, **further):
-    return solve_goal(chain, pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free), **further)
+def solve_pose_ik(chain, pose, *, free=frozenset(), **further):
+    goal = pose_goal(pose)
+    return solve_goal(chain, replace(goal, parts=goal.parts - free), **further)
 
 
 SLIDER = Chain(
@@ -185,11 +186,11 @@ def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
 def test_what_is_left_free_is_not_missed():
     pose = Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=150, roll_deg=20)
     assert not solve_pose_ik(MINI_MOVER, pose, starts=QUICK).ok
-    free = solve_pose_ik(MINI_MOVER, pose, pitch_free=True)
+    free = solve_pose_ik(MINI_MOVER, pose, free={Part.PITCH})
     assert free.ok
     assert Part.PITCH not in free.met
     assert free.joints[4] == pytest.approx(math.radians(20), abs=1e-6)
-    rolled = solve_pose_ik(MINI_MOVER, pose, pitch_free=True, roll_free=True)
+    rolled = solve_pose_ik(MINI_MOVER, pose, free={Part.PITCH, Part.ROLL})
     assert rolled.ok
     assert Part.ROLL not in rolled.met | rolled.missed
 
