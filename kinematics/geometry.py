@@ -168,9 +168,6 @@ class ArmGeometry(Protocol):
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture violates."""
 
-    def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
-
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
 
@@ -194,6 +191,7 @@ class ArmGeometry(Protocol):
 # of up, side, along: for a hand that points outwards it is to the right.
 
 LONGEST_MM = 1000.0
+"""No tool is longer: the built-in arms reach less than half of it."""
 
 
 @dataclass(frozen=True, slots=True)

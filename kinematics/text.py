@@ -71,12 +71,12 @@ def significant(value: float) -> str:
     return f"{value:.3g}" if abs(value) < 1000.0 else f"{value:.0f}"
 
 
-def aligned(cells: Sequence[Sequence[str]], *, left: int = 0, gap: str = "  ") -> list[str]:
+def aligned(cells: Sequence[Sequence[str]], *, left: int = 0) -> list[str]:
     """Return rows of cells as lines of aligned columns, the first `left` of them flush left."""
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     sides = [str.ljust] * left + [str.rjust] * (len(widths) - left)
     return [
-        gap.join(side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True))
+        "  ".join(side(cell, width) for side, cell, width in zip(sides, row, widths, strict=True))
         for row in cells
     ]
 

@@ -40,6 +40,7 @@ from armdrive.status import Evidence, State, Trust, bound_words
 from armdrive.storage.record import last_entry, write_down
 from armdrive.tasks import listed
 from armdrive.trace.recorder import traced
+from kinematics.limits import refuse_worst
 from kinematics.spaces import Joints, Pose
 
 T = TypeVar("T")
@@ -146,7 +147,7 @@ class ArmReference(ArmPart):
             joints = geometry.ik(posture)
         else:
             joints = in_order(posture, geometry.joint_names)
-        geometry.check(joints)
+        refuse_worst(geometry.violations(joints))
         # A grasp pulls in more cable than closing does, and whole steps round: such an opening is a
         # little out of the range, and was reported by this arm. A slip is further out.
         widest_mm = self._config.model.gripper_range_mm[1]

@@ -286,7 +286,7 @@ def audit(config: ArmConfig, corners: list[Joints]) -> None:
         for violation in arm.violations(corner):
             if violation.excess > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
-    found = first_violation(arm, config.model.guards, corners, way_out=True)
+    found = first_violation(arm, config.model.guards, corners)
     if found is not None:
         raise guard_error(found[1], found[0])
 

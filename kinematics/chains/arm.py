@@ -30,7 +30,6 @@ from kinematics.limits import (
     JointRange,
     LimitViolation,
     few_turns_each,
-    refuse_worst,
     widened_to,
 )
 from kinematics.paths.curves import LEAP_RAD, NearFollower, largest_turn, leap_sentence
@@ -185,10 +184,6 @@ class ChainArm:
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
         return self.chain.violations(self._values(joints))
-
-    def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        refuse_worst(self.violations(joints))
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the axes of the hand's frame as the columns of a matrix in the base frame."""

@@ -105,9 +105,9 @@ class Descent:
         self._units = (*units_of(chain), 1.0) if self._turns_about_z else units_of(chain)
         self._slides = any(unit != 1.0 for unit in self._units)
 
-    def meet(self, start: Sequence[float], pace: Pace = THOROUGH) -> tuple[float, ...]:
+    def meet(self, start: Sequence[float]) -> tuple[float, ...]:
         """Return where a descent on all asked parts, alike, ends."""
-        return self._descend(start, self._alike, pace)[0]
+        return self._descend(start, self._alike, THOROUGH)[0]
 
     def met(self, start: Sequence[float], pace: Pace) -> tuple[float, ...] | None:
         """Return where a descent ends if it meets the goal, else None."""

@@ -154,13 +154,7 @@ def frame_goal(
     return Goal(checked, outwards, parts)
 
 
-def pose_goal(
-    pose: Pose,
-    *,
-    pitch_free: bool = False,
-    roll_free: bool = False,
-    centre: Vector = (0.0, 0.0, 0.0),
-) -> Goal:
+def pose_goal(pose: Pose, centre: Vector = (0.0, 0.0, 0.0)) -> Goal:
     """Return the goal of a five-axis pose: the hand in the plane of the base axis and the tip.
 
     `centre` is a point of the base axis. A tip on that axis leaves the plane free, and with it
@@ -170,10 +164,7 @@ def pose_goal(
     away = _heading(subtract(pose.position_mm, centre), AXIS_MM)
     on_axis, outwards = away is None, away or X_AXIS
     frame = hand_frame(pose, outwards)
-    left_out = {Part.PITCH} if pitch_free else set()
-    left_out |= {Part.ROLL} if roll_free else set()
-    left_out |= {Part.HEADING} if on_axis else set()
-    return Goal(frame, outwards, ALL_PARTS - left_out)
+    return Goal(frame, outwards, HEADING_FREE if on_axis else ALL_PARTS)
 
 
 def hand_frame(pose: Pose, outwards: Vector) -> Transform:
@@ -257,6 +248,7 @@ PLANE_SINE = 1e-9
 """A hand that leaves the plane of base axis and tip by less than this lies in it."""
 
 _LOOKS = 8
+"""Random postures in which a hand must lie in the plane: one alone may do so by chance."""
 
 
 class HandTask(Enum):
@@ -308,7 +300,7 @@ def goal_of(pose: Pose, task: HandTask, centre: Vector) -> Goal:
             "command, or the sixth number of a program's `at`"
         )
     if task is HandTask.IN_PLANE:
-        return pose_goal(pose, centre=centre)
+        return pose_goal(pose, centre)
     heading = pose.yaw_rad or 0.0
     outwards = (math.cos(heading), math.sin(heading), 0.0)
     frame = hand_frame(pose, outwards)

@@ -22,7 +22,7 @@ from typing import NamedTuple
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.descent import SEARCHING, Descent
-from kinematics.chains.goals import HEADING_FREE, Goal, Part, frame_goal
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, frame_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
@@ -176,18 +176,13 @@ def solve_frame_ik(
     frame: Transform,
     seed: Sequence[float] | None = None,
     *,
-    parts: frozenset[Part] = frozenset(Part),
-    first: First = POSITION_FIRST,
-    starts: int = STARTS,
+    parts: frozenset[Part] = ALL_PARTS,
 ) -> Solution:
     """Return the posture that holds the tool at a frame, or as near to it as the chain comes.
 
-    `parts` are asked for, `first` are met first where not all can be, in order. Raises as
-    `check_transform` does for what is no frame.
+    `parts` are asked for. Raises as `check_transform` does for what is no frame.
     """
-    return solve_goal(
-        chain, frame_goal(frame, parts, position_of(chain.base)), seed, first=first, starts=starts
-    )
+    return solve_goal(chain, frame_goal(frame, parts, position_of(chain.base)), seed)
 
 
 def solve_goal(

@@ -561,14 +561,14 @@ THINNEST_MM = 1e-6
 """A link shorter than this is not drawn."""
 
 
-def urdf_of_chain(chain: Chain, *, name: str = "") -> str:
+def urdf_of_chain(chain: Chain) -> str:
     """Return the URDF document of a chain.
 
     URDF wants a speed and an effort of every joint with limits, which a chain does not know: 1
     rad/s or 100 mm/s, and 1. Raises `KinematicsError` for a prismatic joint without limits, which
     URDF has no word for, for a joint named as the tool's, and for a chain of symbols.
     """
-    robot = ET.Element("robot", name=name or chain.name or "arm")
+    robot = ET.Element("robot", name=chain.name or "arm")
     origins = _origins_of(chain)
     if TOOL_JOINT in chain.joint_names:
         raise KinematicsError(f"{TOOL_JOINT!r} names the fixed joint of the tool; rename the other")

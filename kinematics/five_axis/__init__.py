@@ -43,7 +43,6 @@ from kinematics.limits import (
     JointRange,
     LimitViolation,
     few_turns_each,
-    refuse_worst,
     turn_near,
     widened_to,
     wrap,
@@ -125,10 +124,6 @@ class FiveAxisArm:
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture violates."""
         return _violations(_angles(joints), self.limits)
-
-    def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint furthest beyond its limit, if there is one."""
-        refuse_worst(self.violations(joints))
 
     def branches(
         self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None

@@ -126,10 +126,6 @@ class ToolArm:
         """Return the limits that a posture breaks."""
         return self.bare.violations(joints)
 
-    def check(self, joints: Joints) -> None:
-        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
-        self.bare.check(joints)
-
     def follower(self, start: Joints) -> NearFollower:
         """Return what keeps a posture along curves of the tool's point that begin in it."""
         origin = self.fk(start)
@@ -208,7 +204,10 @@ class ToolArm:
 
 @runtime_checkable
 class TakesTool(Protocol):
-    """An arm whose own numbers say where its tool is."""
+    """An arm whose own numbers say where its tool is: `ChainArm`.
+
+    The class itself is not named here: it would load the solver of chains for every arm.
+    """
 
     def with_tool(self, tool: Tool) -> ArmGeometry:
         """Return this arm with a tool in its hand."""

@@ -25,6 +25,7 @@ NUDGE_MM = 0.02
 """How far to either side of a boundary its reach is asked; what is thinner is not seen."""
 
 _HALVINGS = 24
+"""How often the end of a boundary is halved: from a step of 5 mm to a millionth of a mm."""
 
 Point = tuple[float, float]
 

@@ -1,7 +1,9 @@
 """Collision checks of the arm with the table, itself and its surroundings, as a table of rules.
 
-`path` proves that a whole path is clear, `escape` finds the nearest pose that is, and `shapes` has
-the volumes.
+A guard measures a posture (`Reading`): its clearance from its bound, negative beyond it, changes by
+no more than the arm's points travel. Everything else follows from the readings: the violations of a
+posture, the proof that a whole path is clear (`path`), and the nearest pose that is (`escape`).
+`shapes` has the volumes. Sums of joint angles are the only guards without a distance.
 
 Lengths in mm, angles in rad. r is the distance from the base axis. Source of the numbers: the
 guards in public TeachMover programs. docs/how-to/guards-and-backlash.md explains each of them.

@@ -3,8 +3,8 @@
 Lengths in mm, angles in rad. Conservative advancement (Mirtich, 1996): while no point of the arm
 travels further than its room (`GuardedArm.room_mm`), no guard can be violated. Two postures whose
 rooms together cover the travel between them prove everything in between. If they do not, the motion
-is halved, until the travel is `step_mm` or less. So the arm is nowhere further beyond a guard than
-half of `step_mm`, and usually a few samples are enough.
+is halved, until the travel is `STEP_MM` or less. So the arm is nowhere further beyond a guard than
+half of `STEP_MM`, and usually a few samples are enough.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from kinematics.errors import positive
 from kinematics.geometry import ArmGeometry
 from kinematics.guards import GuardedArm, Guards, GuardViolation, deepest
 from kinematics.paths.curves import JointPath
@@ -30,27 +29,18 @@ Key = tuple[str, str]
 
 
 def first_violation(
-    arm: ArmGeometry,
-    guards: Guards,
-    waypoints: Sequence[Joints],
-    step_mm: float = STEP_MM,
-    *,
-    way_out: bool = False,
+    arm: ArmGeometry, guards: Guards, waypoints: Sequence[Joints]
 ) -> tuple[float, GuardViolation] | None:
     """Return where a path of joint motions first violates a guard, or None.
 
     The fraction (0 to 1) in the result is the share of the total travel bound that lies before the
-    violation. With `way_out`, a guard violated at the start counts only if it gets deeper: every
-    such guard separately, from one sample to the next, at most `step_mm` of travel apart, until the
-    arm is free of it.
+    violation. A path may lead out of a guard: one violated at the start counts only if it gets
+    deeper, every such guard separately, from one sample to the next, at most `STEP_MM` of travel
+    apart, until the arm is free of it.
     """
-    step = positive("step_mm", step_mm)
     if not waypoints:
         return None
-    watch = _Watch(guards.over(arm), step)
-    broken = watch.begin(waypoints[0])
-    if broken is not None and not way_out:
-        return 0.0, broken
+    watch = _Watch(guards.over(arm), waypoints[0])
     motions = [JointPath(a, b) for a, b in pairwise(waypoints)]
     travels_mm = [arm.travel_bound_mm(motion.changes_rad) for motion in motions]
     done_mm, total_mm = 0.0, sum(travels_mm)
@@ -67,20 +57,13 @@ def first_violation(
 class _Watch:
     """One pass along a path: the room at the present posture, and how deep each guard may be."""
 
-    def __init__(self, guarded: GuardedArm, step_mm: float) -> None:
+    def __init__(self, guarded: GuardedArm, start: Joints) -> None:
         self._guarded = guarded
-        self._step_mm = step_mm
-        self._depths: dict[Key, float] = {}
-        self._room_mm = 0.0
-
-    def begin(self, joints: Joints) -> GuardViolation | None:
-        """Start at the first posture; return the worst guard that it violates."""
-        self._room_mm = self._guarded.room_mm(joints)
-        if self._room_mm >= 0.0:
-            return None
-        broken = self._guarded.violations(joints)
-        self._depths = {(one.guard, one.quantity): one.excess_mm for one in broken}
-        return deepest(broken)
+        self._room_mm = guarded.room_mm(start)
+        broken = guarded.violations(start) if self._room_mm < 0.0 else ()
+        self._depths: dict[Key, float] = {
+            (one.guard, one.quantity): one.excess_mm for one in broken
+        }
 
     def along(self, motion: JointPath, travel_mm: float) -> tuple[float, GuardViolation] | None:
         """Follow one joint motion; return the share at which a guard is first violated.
@@ -89,7 +72,7 @@ class _Watch:
         """
         share = 0.0
         if self._depths:
-            count = int(travel_mm / self._step_mm) + 1
+            count = int(travel_mm / STEP_MM) + 1
             for part in range(1, count + 1):
                 share = part / count
                 worse = self._deeper(motion.at(share))
@@ -126,7 +109,7 @@ class _Watch:
         while ahead:
             high, beyond_mm = ahead[-1]
             part_mm = (high - low) * travel_mm
-            near = part_mm <= self._step_mm
+            near = part_mm <= STEP_MM
             if near and beyond_mm < 0.0:
                 return high
             if beyond_mm >= 0.0 and (near or self._room_mm + beyond_mm >= part_mm):

@@ -7,4 +7,14 @@ Which file decides what:
     routes     parts in sequence, and the blends between them
     timing     the quickest motion along chords within all limits
     profiles   one motion from rest to rest
+
+How a move becomes motion:
+
+    line_path, route_sections   a straight line, or parts in sequence, as corners in joint space:
+                                each curve is solved in the posture that it starts in, and cut
+                                where a joint motion would leave it or turn sharply
+    timed                       corners and limits as a path in time, from rest to rest
+    TimedPath.pieces            that path as pieces of constant speed, which drivers send
+
+Guards and joint limits judge the corners in between (`armdrive.motion.plan`), never the curves.
 """

@@ -28,8 +28,13 @@ from kinematics.text import shown_name
 # Traces: curves of the tip through space, without arm or hand. Points are given at shares (0 to 1).
 
 EIGHTH_RAD = math.pi / 4.0
+"""The longest part in which an arc is examined: a chord is compared with the curve at three places,
+and there a whole turn may look like no motion."""
+
 QUARTER_RAD = math.pi / 2.0
+
 BLEND_CHORDS = 8
+"""The parts in which a blend is examined at least, for the same reason."""
 
 
 @dataclass(frozen=True, slots=True)

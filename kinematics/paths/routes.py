@@ -210,11 +210,20 @@ SHRINKING = 0.7
 """By how much a joint blend is shrunk if it strays."""
 
 _TRIES = 12
+"""How often a joint blend is shrunk before the arm stops instead: to 1.4 % of the radius."""
+
 _LOOKS = 16
+"""How many parts of a joint blend, or of half a joint motion, are looked at for where it is."""
+
 _HALVINGS = 30
+"""How often the end of what lies within the radius is halved: to a billionth of the part."""
+
 _NUDGE = 1e-3
+"""The share of a part over which its slope in joint space is measured."""
+
 _SLACK_MM = 1e-6
 _SLACK_RAD = 1e-9
+"""What rounding may add."""
 
 Passing = HandCurve[Blendable]
 Angles = tuple[float, ...]

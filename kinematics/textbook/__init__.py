@@ -9,5 +9,10 @@
     efficiency       arithmetic counted
     accuracy         steps, rounding and wrong parameters at the tip
 
+A system is solved by one set of formulas, which run on numbers of any kind
+(`kinematics.frames.numbers`): on floats for a posture (`study`), on symbols for the formulas as the
+notes print them (`symbols`, written by `notation`), and on counting numbers for what they cost
+(`efficiency`). So what is printed is what is computed.
+
 No code that drives an arm imports this package.
 """

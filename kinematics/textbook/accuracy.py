@@ -156,6 +156,7 @@ def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]
 # = 0.269 mm = 0.0106 in, rounded to 0.011 in and turned back into 0.28 mm.
 
 _POSTURES_EACH_WAY = 4
+"""Parts into which each joint's range is cut for the lattice."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,9 +172,9 @@ class StepRange:
         """Whether the posture makes no difference (to a millionth of the step)."""
         return self.most_mm - self.least_mm <= 1e-6 * self.most_mm
 
-    def explains(self, stated_mm: float, thousandths_of_inch: float = 1.0) -> bool:
+    def explains(self, stated_mm: float) -> bool:
         """Whether a stated figure is this step's effect, as papers round it (to 0.001 in)."""
-        rounding = thousandths_of_inch * MM_PER_INCH / 1000.0
+        rounding = MM_PER_INCH / 1000.0
         low, high = (round(value / rounding) * rounding for value in (self.least_mm, self.most_mm))
         return low - rounding / 2.0 <= stated_mm <= high + rounding / 2.0
 

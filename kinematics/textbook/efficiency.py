@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 import operator
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import reduce
@@ -56,9 +57,9 @@ class Tally:
 
 @dataclass(slots=True)
 class Ledger:
-    """The count of operations that all numbers of one run share."""
+    """The count of operations that all numbers of one run share, by the fields of `Tally`."""
 
-    counts: dict[str, int] = field(default_factory=dict)
+    counts: Counter[str] = field(default_factory=Counter)
 
     def number(self, value: float) -> Count:
         """Return a number that counts in this ledger."""
@@ -69,10 +70,6 @@ class Ledger:
         if isinstance(values, tuple):
             return tuple(self.numbers(value) for value in values)
         return self.number(values)
-
-    def note(self, kind: str, times: int = 1) -> None:
-        """Count operations of a kind, one of the fields of `Tally`."""
-        self.counts[kind] = self.counts.get(kind, 0) + times
 
     def tally(self) -> Tally:
         """Return what has been counted so far."""
@@ -115,7 +112,7 @@ class Count:
 
     def made(self, kind: str, value: float) -> Count:
         """Return the result of an operation, and count it."""
-        self.ledger.note(kind)
+        self.ledger.counts[kind] += 1
         return Count(value, self.ledger)
 
     __add__ = __radd__ = _operation("additions", operator.add)
@@ -178,14 +175,14 @@ class Efficiency:
     inverse: tuple[Way, ...]
 
 
-def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficiency:
-    """Return the counts of a system at a posture (rad and mm; by default an example).
+def efficiency(system: System) -> Efficiency:
+    """Return the counts of a system at its example posture.
 
     Counts hardly depend on the posture: only branches in the code that a degenerate one takes
     differ.
     """
     chain = system.chain()
-    posture = tuple(joints) if joints is not None else example_posture(chain)
+    posture = example_posture(chain)
     return Efficiency(
         system.name,
         forward_ways(chain, posture),

@@ -21,7 +21,6 @@ from kinematics.chains.generated import generated
 from kinematics.chains.goals import frame_goal
 from kinematics.chains.inverse import Solution
 from kinematics.chains.jacobians import (
-    ALL_ROWS,
     Condition,
     condition_of,
     default_rows,
@@ -89,8 +88,13 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
 
 
 _EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)
+"""Angles of the example posture: no two are alike, and none is a right angle."""
+
 _TRAVEL = 0.4
+"""The share of its range at which a joint stands whose range does not hold its example angle."""
+
 _FREE_TRAVEL_MM = 100.0
+"""Where a slide without limits stands."""
 
 
 def example_posture(chain: Chain) -> tuple[float, ...]:
@@ -129,9 +133,7 @@ def chain_rows(chain: Chain) -> tuple[int, ...]:
     )
 
 
-def chain_jacobian(
-    chain: Chain, values: Sequence[float], rows: Sequence[int] = ALL_ROWS
-) -> Jacobian:
+def chain_jacobian(chain: Chain, values: Sequence[float], rows: Sequence[int]) -> Jacobian:
     """Return some rows of the geometric Jacobian. Raises as `Chain.fk` does."""
     whole = generated(chain).jacobian(chain.directions(values))
     return tuple(whole[row] for row in rows)
@@ -271,7 +273,10 @@ def study(subject: Subject, values: tuple[float, ...]) -> Study:
     chain, system = subject.chain, subject.system
     checked = chain.checked(values)
     frame = chain.fk(checked)
-    jacobian = jacobian_of(subject, checked)
+    if system is not None:
+        jacobian = own_jacobian(system, checked)
+    else:
+        jacobian = chain_jacobian(chain, checked, subject.rows)
     goal, branches, refusal = _solved(subject, frame, checked)
     return Study(
         subject,
@@ -286,13 +291,6 @@ def study(subject: Subject, values: tuple[float, ...]) -> Study:
         branches,
         refusal,
     )
-
-
-def jacobian_of(subject: Subject, values: Sequence[float]) -> Jacobian:
-    """Return the subject's rows of the Jacobian. Raises as `Chain.fk` does."""
-    if subject.system is not None:
-        return own_jacobian(subject.system, values)
-    return chain_jacobian(subject.chain, values, subject.rows)
 
 
 def table_branches(

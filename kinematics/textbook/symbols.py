@@ -9,8 +9,7 @@ and the addition theorems fold C1 C2 - S1 S2 into C12. Sums that depend on a
 We weighed sympy and kept this module. Sympy folds the addition theorems as well and as quickly (a
 Puma's hand in 0.1 s, after 0.2 s of import). But brackets, the C12 of the notes, the named steps
 and the sums kept whole would still be ours, and so would a wrapper with the methods that
-`frames.numbers` calls. In exchange `explain --symbolic` would need 85 MB of packages. The tests
-compare with sympy where it is installed.
+`frames.numbers` calls. In exchange `explain --symbolic` would need 85 MB of packages.
 """
 
 from __future__ import annotations

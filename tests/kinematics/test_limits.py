@@ -35,7 +35,7 @@ def test_an_angle_a_hair_beyond_a_limit_becomes_the_limit():
     assert turn_into(1.0 + 5e-7, -1.0, 1.0, 0.0) == 1.0 + 5e-7
 
 
-@pytest.mark.parametrize("angle", [-1.0, 2.0])
+@every_row("angle", [-1.0, 2.0])
 def test_an_angle_without_a_turn_in_the_range_fits_nowhere(angle):
     assert fitted(angle, 0.0, 1.0, 0.0) == math.inf
     assert fitted(angle + math.tau, 0.0, 1.0, 0.0) == math.inf
@@ -60,7 +60,7 @@ def test_a_well_conditioned_matrix_is_inverted(rows, vector):
     assert times(inverse(matrix), times(matrix, vector)) == pytest.approx(vector, abs=1e-9)
 
 
-@pytest.mark.parametrize("length", [1, 3])
+@every_row("length", [1, 3])
 def test_a_vector_of_another_length_than_the_rows_is_refused(length):
     with pytest.raises(ValueError, match=f"a vector of {length} does not fit"):
         times(((1.0, 0.0), (0.0, 1.0)), (1.0,) * length)
@@ -70,8 +70,8 @@ def test_rows_in_any_order_are_inverted():
     assert inverse(((0.0, 2.0), (4.0, 0.0))) == ((0.0, 0.25), (0.5, 0.0))
 
 
-@pytest.mark.parametrize(
-    ("matrix", "row"),
+@every_row(
+    "matrix, row",
     [
         (((0.0, 0.0), (0.0, 1.0)), 0),
         (((1.0, 2.0), (2.0, 4.0)), 1),

@@ -185,7 +185,7 @@ TAKE_NUMBERS = {
 }
 
 
-@pytest.mark.parametrize("name", ["", *MODEL_NAMES])
+@every_row("name", ["", *MODEL_NAMES])
 def test_what_is_not_as_many_numbers_as_needed_is_refused(name):
     for take in (of_system(name) if name else TAKE_NUMBERS).values():
         for values in NO_NUMBERS:
@@ -255,7 +255,7 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
         (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
         (lambda: TEACHMOVER.fk(TURNED_ROUND), "joints of this arm are base, .* not wrist_roll, "),
-        (lambda: TEACHMOVER.check(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
+        (lambda: TEACHMOVER.violations(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
         (lambda: MINI.fk(TURNED_ROUND), "the joints of this arm are "),
         (lambda: TEACHMOVER.ik(TEACHMOVER.fk(HOME), TURNED_ROUND), "the joints of this arm"),
         (lambda: Motors((1, 2.0)), "motor 2 steps must be a whole number, not 2.0"),
@@ -469,8 +469,8 @@ ON_THE_AXIS = {
 """Systems whose tip can be over the base, and the rest of such a goal."""
 
 
-@pytest.mark.parametrize(
-    ("name", "off_mm"),
+@every_row(
+    "name, off_mm",
     [
         (name, off_mm)
         for name in ON_THE_AXIS
@@ -490,7 +490,7 @@ def test_every_system_reaches_over_its_base_whatever_rounding_leaves_beside_it(n
             assert z == pytest.approx((*ON_THE_AXIS[name], z)[0], abs=1e-6)
 
 
-@pytest.mark.parametrize("turns", [1e3, 1e8, -1e12])
+@every_row("turns", [1e3, 1e8, -1e12])
 def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
     joints = Joints(tuple(value + turns * math.tau for value in (0.3, 0.5, -0.7, 0.2, 0.4)))
     exact = Joints(tuple(map(exactly_wrapped, joints)))
@@ -542,8 +542,8 @@ def test_coordinates_of_a_pose_are_replaced_by_their_names():
     assert A_POSE.replace() == A_POSE
 
 
-@pytest.mark.parametrize(
-    ("word", "said"),
+@every_row(
+    "word, said",
     [
         ("base_rad", "; write base_deg=math.degrees(...)"),
         ("bse_deg", "; did you mean 'base_deg'?"),

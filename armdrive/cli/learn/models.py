@@ -29,7 +29,7 @@ from armdrive.text.reading import read_toml
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form, how_solved
-from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of, pose_goal
+from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of
 from kinematics.chains.inverse import Solution, solve_goal
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
@@ -246,18 +246,16 @@ def _goal(chain: Chain, options: argparse.Namespace) -> Goal:
         z_mm=options.z,
         pitch_deg=options.pitch or 0.0,
         roll_deg=options.roll or 0.0,
+        yaw_deg=options.yaw,
     )
-    pitch_free, roll_free = options.pitch is None, options.roll is None
-    centre = position_of(chain.base)
-    if options.yaw is None:
-        goal = pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free, centre=centre)
-        placing = len(chain) < LEAST_TO_HOLD_A_PLANE
-        return replace(goal, parts=goal.parts - {Part.HEADING}) if placing else goal
-    headed = replace(pose, yaw_rad=math.radians(options.yaw))
-    goal = goal_of(headed, HandTask.WHOLE, centre)
-    free = {Part.PITCH} if pitch_free else set()
-    free |= {Part.ROLL} if roll_free else set()
-    return replace(goal, parts=goal.parts - free)
+    task = HandTask.IN_PLANE if options.yaw is None else HandTask.WHOLE
+    free = {
+        Part.PITCH: options.pitch is None,
+        Part.ROLL: options.roll is None,
+        Part.HEADING: options.yaw is None and len(chain) < LEAST_TO_HOLD_A_PLANE,
+    }
+    goal = goal_of(pose, task, position_of(chain.base))
+    return replace(goal, parts=goal.parts - {part for part in free if free[part]})
 
 
 def _branches(subject: Subject, goal: Goal, solution: Solution) -> tuple[NamedBranch, ...]:

@@ -107,7 +107,7 @@ class Bounds:
 
     def _broken(self, here: Joints, there: Joints) -> GuardViolation | None:
         for way in ([here, there], [self._whole(here), self._whole(there)]):
-            found = first_violation(self._arm, self._guards, way, way_out=True)
+            found = first_violation(self._arm, self._guards, way)
             if found is not None:
                 return found[1]
         return None

@@ -3,6 +3,7 @@
 import warnings
 
 import pytest
+from amounts import every_row
 from chain_cases import MINI_MOVER, PUMA, chains_and_values, gap
 from hypothesis import given
 
@@ -52,7 +53,7 @@ def test_the_toolbox_gives_the_same_jacobian(case):
     assert gap(generated(chain).jacobian(values), its_robot(chain).jacob0(values)) < 1e-6
 
 
-@pytest.mark.parametrize("chain", [PUMA, MINI_MOVER], ids=lambda chain: chain.name)
+@every_row("chain", [PUMA, MINI_MOVER], ids=lambda chain: chain.name)
 def test_the_toolbox_confirms_what_is_solved_by_numbers(chain):
     values = (0.3, 0.5, -0.9, 0.4, 0.6, -0.2)[: len(chain)]
     goal = its_robot(chain).fkine(values).A

@@ -6,13 +6,14 @@ import sys
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_cases import ALPHA_II, MINI_MOVER, PUMA, gap
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinematics import FiveAxisArm, JointRange, Pose
 from kinematics.chains.chain import Chain
-from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, pose_goal
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, frame_goal, pose_goal
 from kinematics.chains.inverse import Reason, solve_frame_ik, solve_goal
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.nearest import nearest
@@ -26,8 +27,9 @@ ARM = FiveAxisArm(
 QUICK = 6
 
 
-def solve_pose_ik(chain, pose, *, pitch_free=False, roll_free=False, **further):
-    return solve_goal(chain, pose_goal(pose, pitch_free=pitch_free, roll_free=roll_free), **further)
+def solve_pose_ik(chain, pose, *, free=frozenset(), **further):
+    goal = pose_goal(pose)
+    return solve_goal(chain, replace(goal, parts=goal.parts - free), **further)
 
 
 SLIDER = Chain(
@@ -101,8 +103,8 @@ def test_a_wrist_s_second_turn_is_found_from_its_seed():
     assert solution.joints == pytest.approx(values, abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "z", "pitch"),
+@every_row(
+    "x, y, z, pitch",
     [
         (250, 80, 120, -90),
         (150, -200, 300, 20),
@@ -124,7 +126,7 @@ def test_the_closed_form_and_the_numbers_agree_on_what_can_be_reached(x, y, z, p
         assert solution.reason is not Reason.NONE
 
 
-@pytest.mark.parametrize(
+@every_row(
     "pose",
     [
         Pose.of(x_mm=420, y_mm=60, z_mm=120, pitch_deg=-60),
@@ -172,7 +174,7 @@ def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
     goal = compose(
         MINI_MOVER.fk((0.2, 0.6, -1.0, 0.3, 0.4)), transform(rot_x(tilt), (0.0, 0.0, 0.0))
     )
-    solution = solve_frame_ik(MINI_MOVER, goal, starts=QUICK)
+    solution = solve_goal(MINI_MOVER, frame_goal(goal), starts=QUICK)
     assert solution.reason is Reason.TOO_FEW_AXES
     assert Part.POSITION in solution.met
     assert Part.HEADING in solution.missed
@@ -184,11 +186,11 @@ def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
 def test_what_is_left_free_is_not_missed():
     pose = Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=150, roll_deg=20)
     assert not solve_pose_ik(MINI_MOVER, pose, starts=QUICK).ok
-    free = solve_pose_ik(MINI_MOVER, pose, pitch_free=True)
+    free = solve_pose_ik(MINI_MOVER, pose, free={Part.PITCH})
     assert free.ok
     assert Part.PITCH not in free.met
     assert free.joints[4] == pytest.approx(math.radians(20), abs=1e-6)
-    rolled = solve_pose_ik(MINI_MOVER, pose, pitch_free=True, roll_free=True)
+    rolled = solve_pose_ik(MINI_MOVER, pose, free={Part.PITCH, Part.ROLL})
     assert rolled.ok
     assert Part.ROLL not in rolled.met | rolled.missed
 
@@ -203,9 +205,7 @@ def test_on_the_base_axis_any_base_angle_serves():
     assert z == pytest.approx(550.0, abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    "chain", [PUMA, MINI_MOVER, ALPHA_II, SLIDER], ids=lambda chain: chain.name
-)
+@every_row("chain", [PUMA, MINI_MOVER, ALPHA_II, SLIDER], ids=lambda chain: chain.name)
 def test_no_answer_is_wrong_and_not_flagged(chain):
     """Goals in reach, out of it, on the base axis, off the arm's manifold, on singularities."""
     frames = [
@@ -216,7 +216,7 @@ def test_no_answer_is_wrong_and_not_flagged(chain):
     bent = [0.3, 0.5, -0.9, 0.4, 0.0, 0.2][: len(chain)]  # a Puma's wrist is straight
     frames += [chain.fk(chain.clamp(values)) for values in (chain.zero, bent)]
     for frame in frames:
-        solution = solve_frame_ik(chain, frame, starts=3)
+        solution = solve_goal(chain, frame_goal(frame), starts=3)
         off = gap(chain.fk(solution.joints), frame)
         assert solution.ok == (off < 1e-3)
         assert not chain.violations(solution.joints)

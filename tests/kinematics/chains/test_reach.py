@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from amounts import every_row
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
@@ -59,7 +60,7 @@ def test_a_reach_without_end_is_refused():
         spread_over(spans_of(Chain((DHLink(),))), 0)
 
 
-@pytest.mark.parametrize("arm", REAL_ARMS.values(), ids=REAL_ARMS)
+@every_row("arm", REAL_ARMS.values(), ids=REAL_ARMS)
 def test_a_map_shows_one_place_of_each_cell_and_how_far_the_arm_reaches(arm):
     cells, count, planes = 40, BLOCK + 900, ((0, 2), (0, 1), (1, 2))
     places = sampled(arm, count)

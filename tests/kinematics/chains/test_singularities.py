@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from amounts import every_row
 from chain_cases import PUMA, chains_and_values, columns_by_differences, gap
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -53,8 +54,8 @@ def test_a_stretched_two_link_arm_cannot_move_outwards():
     assert [abs(part) for part in found.hardest] == pytest.approx([0.0, 1.0], abs=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("elbow", "words"),
+@every_row(
+    "elbow, words",
     [
         (1.5, ("smallest singular value", "is slowest to move", "moves it least")),
         (0.01, ("smallest singular value", "can hardly move", "leaves the tip almost at rest")),
@@ -68,7 +69,7 @@ def test_only_a_posture_near_a_singular_one_is_said_to_move_hardly(elbow, words)
         assert word in found.sentence
 
 
-@pytest.mark.parametrize("name", ["two-link-5", "cartesian"])
+@every_row("name", ["two-link-5", "cartesian"])
 def test_an_arm_of_slides_at_right_angles_has_no_hardest_direction(name):
     system = SYSTEMS[name]
     found = study(subject_of_system(system), (50.0,) * len(system.joint_names)).condition

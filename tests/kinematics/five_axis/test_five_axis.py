@@ -36,6 +36,7 @@ from kinematics import (
 )
 from kinematics.five_axis.nearest import nearest
 from kinematics.geometry import AXIS_MM
+from kinematics.limits import refuse_worst
 from kinematics.presets import PRESETS
 
 FREE = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-400, 400),) * 5)
@@ -111,7 +112,7 @@ def test_elbow_up_and_base_front_mean_what_they_say():
         assert abs(branch.joints["base"]) == pytest.approx(faces)
 
 
-@pytest.mark.parametrize("turns", [-1, 1])
+@every_row("turns", [-1, 1])
 def test_roll_is_solved_to_the_turn_nearest_the_seed(turns):
     joints = Joints.of(10, 60, -70, -20, 190 * turns)
     pose = TEACHMOVER.fk(joints)
@@ -251,12 +252,12 @@ def test_what_is_no_number_never_becomes_a_pose(bad):
         FiveAxisArm(195, 177.8, bad, 96.5, TEACHMOVER.limits)
 
 
-def test_check_names_the_joint_that_passes_its_limit_furthest():
-    TEACHMOVER.check(Joints.of(90, 144, -149, 90, 360))
+def test_the_refusal_names_the_joint_that_passes_its_limit_furthest():
+    refuse_worst(TEACHMOVER.violations(Joints.of(90, 144, -149, 90, 360)))
     with pytest.raises(
         JointLimit, match=r"elbow would have to be at 20\.0°, 20\.0° beyond"
     ) as caught:
-        TEACHMOVER.check(Joints.of(95, 0, 20, 0, 0))
+        refuse_worst(TEACHMOVER.violations(Joints.of(95, 0, 20, 0, 0)))
     assert caught.value.joint == "elbow"
     assert turn_between(caught.value.excess_rad, math.radians(20)) < 1e-9
 
@@ -362,8 +363,8 @@ def test_no_posture_close_to_the_answer_is_nearer(case, seed, push):
             assert distance_mm(pose, goal) >= found.distance_mm - 1e-4
 
 
-@pytest.mark.parametrize(
-    ("goal", "expected"),
+@every_row(
+    "goal, expected",
     [
         (Pose(600, 0, 193.7, 0), Pose(452.1, 0, 193.7, 0)),
         (Pose(0, 600, 193.7, 0), Pose(0, 452.1, 193.7, 0)),

@@ -4,6 +4,7 @@ import math
 import random
 
 import pytest
+from amounts import every_row
 from kinematics_cases import HALF_TURNS, TEACHMOVER, UNEVEN, same_pose
 
 from kinematics import FiveAxisArm, JointRange, Joints
@@ -64,8 +65,8 @@ def postures(arm, kind, chance):
         yield tuple(kind(arm, q, chance))
 
 
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-@pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+@every_row("kind", KINDS, ids=lambda kind: kind.__name__)
+@every_row("arm", ARMS.values(), ids=ARMS)
 def test_what_a_posture_holds_is_met_and_what_is_offered_holds(arm, kind):
     chance = random.Random(7)
     for q in postures(arm, kind, chance):

@@ -4,6 +4,7 @@ import math
 from itertools import pairwise
 
 import pytest
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, UNEVEN
@@ -33,8 +34,8 @@ def to_chord(x, z, a, b):
     return math.hypot(x - a[0] - along * dx, z - a[1] - along * dz)
 
 
-@pytest.mark.parametrize("pitch_deg", PITCHES_DEG)
-@pytest.mark.parametrize("arm", [TEACHMOVER, UNEVEN], ids=["teachmover", "uneven"])
+@every_row("pitch_deg", PITCHES_DEG)
+@every_row("arm", [TEACHMOVER, UNEVEN], ids=["teachmover", "uneven"])
 def test_between_what_is_reached_and_what_is_not_lies_the_boundary(arm, pitch_deg):
     found = section(arm, math.radians(pitch_deg), step_mm=8.0)
     spacing = 31.0
@@ -66,7 +67,7 @@ def crossing(found, a, b):
     return a
 
 
-@pytest.mark.parametrize("pitch_deg", PITCHES_DEG)
+@every_row("pitch_deg", PITCHES_DEG)
 def test_the_boundary_s_points_lie_close_together_and_on_the_edge(pitch_deg):
     found = section(TEACHMOVER, math.radians(pitch_deg), step_mm=10.0)
     for curve in found.boundary:

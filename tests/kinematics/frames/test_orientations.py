@@ -107,7 +107,7 @@ def test_degenerate_angles_are_named_and_the_held_one_is_kept(solve, made, degen
         assert gap(solved.first.rotation(), matrix) < 1e-9
 
 
-@pytest.mark.parametrize("sign", [1, -1])
+@every_row("sign", [1, -1])
 def test_the_named_sum_or_difference_is_what_remains_determined(sign):
     """The words of each degeneracy are true: the other combination changes nothing."""
     cases = {

@@ -58,7 +58,7 @@ def test_the_scalar_product_tells_the_angle(u, v):
     assert math.isclose(dot(u, v), size * math.cos(angle_between(u, v)), abs_tol=1e-9 * size)
 
 
-@pytest.mark.parametrize("tiny", [1e-12, 1e-9, 1e-6])
+@every_row("tiny", [1e-12, 1e-9, 1e-6])
 def test_the_smallest_angles_keep_their_digits(tiny):
     u, v = X_AXIS, (math.cos(tiny), math.sin(tiny), 0.0)
     assert math.isclose(angle_between(u, v), tiny, rel_tol=1e-9)

@@ -46,7 +46,7 @@ def test_a_posture_in_the_open_breaks_nothing():
     assert depth_mm(GUARDS, LOOSE, at(250, 120, -90)) == 0.0
 
 
-@pytest.mark.parametrize(("z_mm", "broken"), [(0.0, False), (-0.9, False), (-1.1, True)])
+@every_row("z_mm, broken", [(0.0, False), (-0.9, False), (-1.1, True)])
 def test_the_table_has_a_tolerance(z_mm, broken):
     violation = GUARDS.violation(LOOSE, at(250, z_mm, -90))
     assert (violation is not None) == broken
@@ -236,7 +236,7 @@ def test_links_that_short_ones_separate_always_touch_and_are_left_out():
     assert broken(THICK, Joints.of(0, 90, -149, -90, 0), arm) == {}
 
 
-@pytest.mark.parametrize(("elbow_deg", "value_deg"), [(-141.0, -101.0), (6.0, 46.0)])
+@every_row("elbow_deg, value_deg", [(-141.0, -101.0), (6.0, 46.0)])
 def test_a_forearm_beyond_its_elevation_is_refused_in_degrees(elbow_deg, value_deg):
     guards = replace(OPEN, sums=(FOREARM,))
     found = guards.violation(LOOSE, Joints.of(0, 40, elbow_deg, 0, 0))
@@ -326,8 +326,8 @@ def allowed(guards, pose, seed=None, arm=TEACHMOVER):
     return joints is not None and not guards.violations(arm, joints)
 
 
-@pytest.mark.parametrize(
-    ("goal", "nearest"),
+@every_row(
+    "goal, nearest",
     [
         ((190, 0, 70), (190, 0, 85)),
         ((190, 70, 20), (190, 85, 20)),

@@ -130,7 +130,7 @@ def test_a_full_circle_returns_with_the_hand_as_it_was():
     assert all(TEACHMOVER.fk(joints).pitch_deg == pytest.approx(-90) for joints in corners)
 
 
-@pytest.mark.parametrize(("sweep_deg", "x_mm", "y_mm"), [(90, 280, -70), (270, 220, -70)])
+@every_row("sweep_deg, x_mm, y_mm", [(90, 280, -70), (270, 220, -70)])
 def test_a_sweep_ends_an_arc_before_or_beyond_its_third_point(sweep_deg, x_mm, y_mm):
     goal = pose(250, -40, 120, -50)
     corners = arc_path(

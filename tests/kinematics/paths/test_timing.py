@@ -62,7 +62,7 @@ def test_a_motor_that_two_joints_drive_is_held_to_its_rate():
     assert timed([(0.0, 0.0), (1.0, -1.0)], limits).duration_s == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("jerk_s", [0.0, 0.1])
+@every_row("jerk_s", [0.0, 0.1])
 def test_corners_on_one_straight_way_cost_nothing(jerk_s):
     limits = MotionLimits(SPEEDS, HARD, jerk_s)
     ends = (0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.4, -0.7, 0.2, 1.0)
@@ -79,7 +79,7 @@ def test_it_is_at_its_corners_when_it_says():
         assert path.at(t_s) == pytest.approx(corner, abs=1e-9)
 
 
-@pytest.mark.parametrize("jerk_s", [0.0, 0.15])
+@every_row("jerk_s", [0.0, 0.15])
 def test_pieces_follow_the_profile(jerk_s):
     path = timed(line_corners(), MotionLimits(SPEEDS, HARD, jerk_s))
     pieces = path.pieces(0.02)

@@ -1,12 +1,23 @@
 """Strategies and comparisons for the named systems."""
 
 import math
+from functools import cache
 
 from chain_cases import gap
 from hypothesis import strategies as st
 
 from kinematics.chains.links import JointKind
+from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import symbolic_example
+
+
+@cache
+def symbolic_example_of(name):
+    """A system in symbols; the Puma's takes half a second."""
+    return symbolic_example(subject_of_system(SYSTEMS[name]))
+
 
 QUARTERS = tuple(n * math.pi / 2 for n in range(-2, 3))
 FURTHEST_MM = 300.0

@@ -78,8 +78,8 @@ def goal_at(subject, values):
     return found.goal or frame_coordinates(found.frame)[: len(coordinates_of(subject))]
 
 
-@pytest.mark.parametrize("name", [name for name in SUBJECTS if name != "two-link-2"])
-@pytest.mark.parametrize("sense", [1.0, -1.0])
+@every_row("name", [name for name in SUBJECTS if name != "two-link-2"])
+@every_row("sense", [1.0, -1.0])
 def test_a_step_along_each_axis_of_the_hand_goes_that_far_and_nowhere_else(name, sense):
     subject = SUBJECTS[name]
     values = example_posture(subject.chain)
@@ -124,7 +124,7 @@ NOT_MADE = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", NOT_MADE)
+@every_row("what", NOT_MADE)
 def test_a_step_that_cannot_be_made_leaves_the_model_where_it_is_and_says_why(what):
     subject, values, axis, by, said = NOT_MADE[what]
     stepped = step_axis(subject, values, coordinates_of(subject).index(axis), by)
@@ -189,8 +189,8 @@ def test_the_jacobian_is_what_a_small_move_of_each_joint_does(name):
         assert column == pytest.approx(done, abs=2e-6 * max(1.0, *map(abs, done)))
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "product"),
+@every_row(
+    "name, values, product",
     [
         ("two-link-1", (30, 40), lambda q: 200 * 150 * math.sin(q[1])),
         ("three-link", (10, 20, 30), lambda q: 200 * 150 * math.sin(q[1])),

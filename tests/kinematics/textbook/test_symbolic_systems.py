@@ -7,18 +7,16 @@ import pytest
 from amounts import every_row
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from systems_cases import symbols_gap
+from systems_cases import symbolic_example_of, symbols_gap
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.textbook.notation import PLAIN, definitions, matrix_text
-from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.symbols import as_symbol
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.worked_example import (
     joint_symbols,
     symbolic_chain,
-    symbolic_example,
     symbolic_goal,
     symbolic_system,
 )
@@ -39,15 +37,9 @@ def named(symbols, numbers):
     return {next(iter(one.names())): number for one, number in zip(symbols, numbers, strict=True)}
 
 
-@cache
-def example_of(name):
-    """A system in symbols; the Puma's takes half a second."""
-    return symbolic_example(subject_of_system(SYSTEMS[name]))
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_no_entry_holds_what_rounding_left_of_a_right_angle(name):
-    example = example_of(name)
+    example = symbolic_example_of(name)
     for frame in (*example.matrices, example.product):
         for entry in (as_symbol(entry) for row in frame for entry in row):
             assert all(abs(factor) == 1.0 for _, factor in entry.terms), PLAIN.write(entry)
@@ -60,7 +52,7 @@ def test_symbolic_forward_kinematics_has_the_values_of_the_numeric_one(name, dat
     system = SYSTEMS[name]
     joints, symbols = data.draw(postures(system)), joint_symbols(system.chain())
     values = named(symbols, joints)
-    frame = example_of(name).product
+    frame = symbolic_example_of(name).product
     assert symbols_gap(frame, system.fk(joints), values | system.lengths()) < 1e-9
 
 
@@ -173,7 +165,7 @@ def test_the_mini_movers_solution_reads_step_by_step():
     assert written["theta4"] == "atan2(S(pitch), C(pitch)) - theta2 - theta3"
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_following_the_written_steps_leads_to_the_joint_values(name):
     system = SYSTEMS[name]
     posture = [
@@ -181,7 +173,7 @@ def test_following_the_written_steps_leads_to_the_joint_values(name):
         for angle, kind in zip((0.4, 0.7, 0.9, 0.5, 0.6, 0.8), system.chain().kinds, strict=False)
     ]
     goal = system.goal_of(system.fk(posture))
-    for branch in example_of(name).branches:
+    for branch in symbolic_example_of(name).branches:
         if branch.name not in {found.name for found in system.ik(goal)}:
             continue
         symbols = symbolic_goal(system.coordinates)

@@ -170,8 +170,8 @@ def test_names_that_differ_in_zeros_alone_are_different():
     assert PLAIN.write(named("d10") + named("d2")) == "d2 + d10"
 
 
-@pytest.mark.parametrize(
-    ("calculate", "error", "words"),
+@every_row(
+    "calculate, error, words",
     [
         (lambda: (L1 + L2).value({"l1": 1.0}), KinematicsError, "no value is given for l2"),
         (lambda: min(L1, L2), TypeError, "not supported between"),

@@ -88,7 +88,7 @@ FAR = {  # a goal, and how near to it the system comes
 }
 
 
-@pytest.mark.parametrize("name", FAR)
+@every_row("name", FAR)
 def test_a_goal_out_of_reach_is_refused_with_the_nearest_that_is_reached(name):
     one, (goal, away_mm) = system(name), FAR[name]
     with pytest.raises(OutOfReach) as caught:

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import given
 from systems_cases import postures, same_joints
@@ -84,8 +85,8 @@ def test_the_names_say_where_base_elbow_and_wrist_are(joints):
 CENTRED = PUMA.sized(d2=0.0, d4=431.8)
 
 
-@pytest.mark.parametrize(
-    ("arm", "joints", "free", "words"),
+@every_row(
+    "arm, joints, free, words",
     [
         (SIMPLE, (0.3, -0.5, 1.0, 0.5, 0.0, 0.2), ("theta4",), "joint 5 is straight"),
         (SIMPLE, (0.3, -0.5, HALF, 0.5, 0.8, 0.2), (), "elbow stretched"),
@@ -116,8 +117,8 @@ def test_a_wrist_at_the_edge_of_the_base_is_told():
     assert all("front and back are one" in branch.degenerate for branch in found)
 
 
-@pytest.mark.parametrize("arm", ARMS, ids=range(len(ARMS)))
-@pytest.mark.parametrize(
+@every_row("arm", ARMS, ids=range(len(ARMS)))
+@every_row(
     "place",
     [
         (2000.0, 0.0, 100.0),

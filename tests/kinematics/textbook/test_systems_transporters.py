@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import ALPHA_II
 from hypothesis import given
 from hypothesis import strategies as st
@@ -102,10 +103,10 @@ def test_five_axis_systems_are_the_driver_s_arms(one, data):
     assert {(b.within_limits, b.name) for b in ours} == {(b.within_limits, b.name) for b in theirs}
 
 
-@pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
-@pytest.mark.parametrize("base", [0.0, 0.4, -1.0])
-@pytest.mark.parametrize("lean", [0.0, 0.6, -0.6])
-@pytest.mark.parametrize("beside", [0.0, 1e-9, 1e-7])
+@every_row("one", FIVE, ids=lambda one: one.name)
+@every_row("base", [0.0, 0.4, -1.0])
+@every_row("lean", [0.0, 0.6, -0.6])
+@every_row("beside", [0.0, 1e-9, 1e-7])
 def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean, beside):
     height = one.arm.base_height_mm
     # The hand leans by `lean` out of the vertical; the wrist stands where that puts the tip.

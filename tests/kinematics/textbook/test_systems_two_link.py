@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import every_row
 from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
@@ -105,8 +106,8 @@ def test_the_workspace_holds_exactly_what_a_branch_within_limits_reaches(one, da
     assert one.holds(goal) == any(branch.within_limits for branch in branches)
 
 
-@pytest.mark.parametrize(
-    ("name", "told"),
+@every_row(
+    "name, told",
     [
         ("two-link-1", "a ring in the plane z = 0, 50 mm to 350 mm from the first joint"),
         ("two-link-2", "the surface of a sphere of 150 mm around (0, 0, 200)"),

@@ -4,6 +4,7 @@ import math
 
 import pytest
 from amounts import every_row
+from systems_cases import symbolic_example_of
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
@@ -157,7 +158,7 @@ def test_numbers_are_written_without_noise():
 
 
 def test_a_system_in_symbols_shows_matrices_product_and_solutions():
-    example = symbolic_example(subject_of_system(system("two-link-1")))
+    example = symbolic_example_of("two-link-1")
     lines = [line for each in symbolic_sections(example) for line in each.lines]
     assert "A1 =" in lines
     assert "T = A1 A2 =" in lines
@@ -166,9 +167,9 @@ def test_a_system_in_symbols_shows_matrices_product_and_solutions():
     assert "  as elbow up, but" in lines
 
 
-@pytest.mark.parametrize("name", SYSTEMS)
+@every_row("name", SYSTEMS)
 def test_latex_has_as_many_opening_as_closing_braces(name):
-    example = symbolic_example(subject_of_system(system(name)))
+    example = symbolic_example_of(name)
     text = "\n".join(line for each in symbolic_sections(example, latex=True) for line in each.lines)
     assert text.count("{") == text.count("}")
     assert text.count(r"\left") == text.count(r"\right")

@@ -350,8 +350,8 @@ def test_the_two_views_of_a_chain_share_x():
     assert side.reach_box_mm[0] == above.reach_box_mm[0]
 
 
-@pytest.mark.parametrize(
-    ("name", "plane", "box_mm"),
+@every_row(
+    "name, plane, box_mm",
     [
         ("two-link-1", "xy", ((-350, 350), (-350, 350))),
         ("two-link-4", "xz", ((-150, 150), (-150, 450))),
