@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.runtime.position import ArmCoordinates
+from armdrive.sim.bus import DrivesBoard
 from kinematics import Joints, Motors, Pose
 from kinematics.guards import GuardedArm
 from tests.conformance.motions import shifted
@@ -154,7 +155,8 @@ CERTAIN_TRIES = 60
 def certain_goal(stage: Stage) -> dict[str, float] | None:
     """Return a goal that the driver must allow and that turns several motors; None without one.
 
-    Each joint turns towards the middle of its range, and the path leads no deeper into any guard.
+    Each joint turns towards the middle of its range, no motor turns as far as its limit switch, and
+    the path leads no deeper into any guard.
     """
     draw, arm = stage.draw, stage.config.model.arm
     transmission = stage.world.body.transmission
@@ -169,8 +171,11 @@ def certain_goal(stage: Stage) -> dict[str, float] | None:
             limits, turn = arm.limits[index], math.radians(draw.uniform(*CERTAIN_DEG))
             up = joints[index] < (limits.low_rad + limits.high_rad) / 2.0
             goal = goal.replace(**{joints.names[index]: joints[index] + (turn if up else -turn)})
-        steps = transmission.to_motors(goal, opening_mm) - stage.world.motors
+        motors = transmission.to_motors(goal, opening_mm)
+        steps = motors - stage.world.motors
         if sum(abs(each) >= CERTAIN_STEPS for each in steps) < CERTAIN_MOTORS:
+            continue
+        if _reaches_switch(stage, motors):
             continue
         path = (_between(joints, goal, n / CERTAIN_SAMPLES) for n in range(1, CERTAIN_SAMPLES + 1))
         if all(_depth_mm(strict, each) <= depth_mm for each in path):
@@ -180,6 +185,16 @@ def certain_goal(stage: Stage) -> dict[str, float] | None:
                 if angle != before
             }
     return None
+
+
+def _reaches_switch(stage: Stage, motors: Motors) -> bool:
+    """Return whether a goal presses a limit switch of a drive, which may stop there by itself.
+
+    Two drives that share joints can press one although each joint is within its limits.
+    """
+    board = stage.twin.board
+    switches = [node.motor.switch for node in board.nodes] if isinstance(board, DrivesBoard) else []
+    return any((at - each.at) * each.way >= 0 for at, each in zip(motors, switches, strict=False))
 
 
 def _between(start: Joints, end: Joints, share: float) -> Joints:
