@@ -435,9 +435,10 @@ def _parsed(row: Field[Any], text: str) -> Value:
         if text.lower() not in _FLAGS:
             raise BadRequest(f"{row.name} must be yes or no, not {text!r}")
         return _FLAGS[text.lower()]
+    kind: type[Any] = type(row.default)
     value: Value = text
     with contextlib.suppress(ValueError):
-        value = type(row.default)(text)
+        value = kind(text)
     return value
 
 
