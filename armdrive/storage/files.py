@@ -249,20 +249,28 @@ def require_writable(folder: Path) -> None:
 def append_line(path: Path, line: str) -> None:
     """Append a line to one of this user's files; create the file if it does not exist.
 
-    Raises `OSError`, also for a link, for anything but a plain file, for another user's file, and
-    for a file with a second name (a hard link), through which another user may have access.
+    A last line that was only half written, as on a full disk, is ended first. Raises `OSError`,
+    also for a link, for anything but a plain file, for another user's file, and for a file with a
+    second name (a hard link), through which another user may have access.
     """
     DISK.make_folder(path.parent)
-    handle = open_own(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    handle = open_own(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
     try:
         _require_one_name(os.fstat(handle), path)
         _set_mode(handle)
-        left = memoryview(line.encode() + b"\n")
         with _naming(path):
+            whole = not os.lseek(handle, 0, os.SEEK_END) or _byte_before(handle) == b"\n"
+            left = memoryview((b"" if whole else b"\n") + line.encode() + b"\n")
             while left:
                 left = left[os.write(handle, left) :]
     finally:
         os.close(handle)
+
+
+def _byte_before(handle: int) -> bytes:
+    """Return the byte before the place in a file that is read and written next."""
+    os.lseek(handle, -1, os.SEEK_CUR)
+    return os.read(handle, 1)
 
 
 def create_lock(path: Path) -> None:

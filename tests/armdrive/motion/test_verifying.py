@@ -24,7 +24,7 @@ from armdrive.motion.resolve import park_pose
 from armdrive.moves import JogMove
 from armdrive.registry import DIALECTS, simulate
 from armdrive.status import Evidence, State, Trust
-from armdrive.storage.record import RecordFile, last_entry, logbook_file
+from armdrive.storage.record import RecordFile, last_entry, logbook_file, write_down
 from armdrive.tasks import Alert, AlertKind
 from kinematics import Joints, Motors, preset
 
@@ -241,9 +241,10 @@ def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
 def test_a_damaged_log_has_no_last_entry(tmp_path, text):
     (tmp_path / "log").write_text(text)
     assert last_entry(tmp_path / "log", "mine") is None
+    write_down(tmp_path / "log", {"steps": [1]}, "mine", "sensor")  # on a line of its own
     with (tmp_path / "log").open("a") as file:
-        file.write('\n{"calibration": "mine", "steps": [1]}\n{"half')
-    assert last_entry(tmp_path / "log", "mine") == {"calibration": "mine", "steps": [1]}
+        file.write('{"half')
+    assert (last_entry(tmp_path / "log", "mine") or {})["steps"] == [1]
 
 
 # -- Faults ----------------------------------------------------------------------------------------
