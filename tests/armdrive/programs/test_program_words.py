@@ -3,7 +3,7 @@
 import pytest
 from amounts import every_row
 from program_acts import fingers, go, grasp, ready
-from program_bench import BOOK, HERE, HERE_DEG, acts, at, fk, goals, refused, told
+from program_bench import BOOK, HERE_DEG, acts, at, fk, goals, refused, told
 
 from armdrive.programs.acts import (
     AwaitInputs,
@@ -253,7 +253,6 @@ def test_an_input_is_read_anew_each_time_and_only_where_it_counts():
     text = "repeat 2\nif input(1) and input(2)\nready\nend\nend"
     assert acts(text, inputs=(2,)) == [ReadInput(1), ReadInput(1)]
     assert acts("if input(1) or input(2)\nend", inputs=(1,)) == [ReadInput(1)]
-    assert HERE.opening_mm == 40.0
 
 
 # -- program files as editors leave them ----------------------------------------------------------
