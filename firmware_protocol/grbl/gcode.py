@@ -56,7 +56,6 @@ class Word:
     name: str
     group: Group
     axis_use: AxisUse | None = None
-    outputs_only: bool = False
 
 
 _ROWS: tuple[tuple[str, Group, AxisUse | None], ...] = (
@@ -79,9 +78,7 @@ _ROWS: tuple[tuple[str, Group, AxisUse | None], ...] = (
 )
 
 COMMANDS: dict[str, Word] = {
-    name: Word(name, group, use, group is Group.OUTPUT)
-    for names, group, use in _ROWS
-    for name in names.split()
+    name: Word(name, group, use) for names, group, use in _ROWS for name in names.split()
 }
 """Every command word by its name."""
 
@@ -175,7 +172,7 @@ def _command(letter: str, value: float, dialect: Dialect) -> Word:
     word = COMMANDS.get(name)
     if word is None:
         raise GcodeError(20 if stem in BAD_DECIMALS_UNSUPPORTED else 23, name)
-    if word.outputs_only and not dialect.outputs:
+    if word.group is Group.OUTPUT and not dialect.outputs:
         raise GcodeError(20, name)
     return word
 
