@@ -59,7 +59,6 @@ from firmware_protocol.grbl.dialect import Dialect as Dialect
 from firmware_protocol.grbl.dialect import Variant as Variant
 from firmware_protocol.grbl.dialect import write_number as write_number
 from firmware_protocol.grbl.dialect import written as written
-from firmware_protocol.grbl.gcode import AxisUse as AxisUse
 from firmware_protocol.grbl.gcode import Block as Block
 from firmware_protocol.grbl.gcode import GcodeError as GcodeError
 from firmware_protocol.grbl.gcode import Group as Group

@@ -42,46 +42,36 @@ class Group(Enum):
     OUTPUT = auto()
 
 
-class AxisUse(Enum):
-    """What the axis words of a block are for."""
-
-    MOTION = auto()
-    NON_MODAL = auto()
-
-
 @message()
 class Word:
-    """A command word, its group, and what it needs axis words for, if it does."""
+    """A command word, its group, and whether the axis words of its block belong to it."""
 
     name: str
     group: Group
-    axis_use: AxisUse | None = None
-    outputs_only: bool = False
+    takes_axes: bool
 
 
-_ROWS: tuple[tuple[str, Group, AxisUse | None], ...] = (
-    ("G0 G1", Group.MOTION, AxisUse.MOTION),
-    ("G80", Group.MOTION, None),
-    ("G10 G28 G30 G92", Group.NON_MODAL, AxisUse.NON_MODAL),
-    ("G4 G53 G28.1 G30.1 G92.1", Group.NON_MODAL, None),
-    ("G17 G18 G19", Group.PLANE, None),
-    ("G90 G91", Group.DISTANCE, None),
-    ("G91.1", Group.ARC_DISTANCE, None),
-    ("G94", Group.FEED_MODE, None),
-    ("G20 G21", Group.UNITS, None),
-    ("G40", Group.CUTTER, None),
-    ("G54 G55 G56 G57 G58 G59", Group.COORDINATES, None),
-    ("G61", Group.CONTROL, None),
-    ("M0 M1 M2 M30", Group.FLOW, None),
-    ("M3 M4 M5", Group.SPINDLE, None),
-    ("M7 M8 M9", Group.COOLANT, None),
-    ("M62 M63 M64 M65 M67 M68", Group.OUTPUT, None),
+_ROWS: tuple[tuple[str, Group, bool], ...] = (
+    ("G0 G1", Group.MOTION, True),
+    ("G80", Group.MOTION, False),
+    ("G10 G28 G30 G92", Group.NON_MODAL, True),
+    ("G4 G53 G28.1 G30.1 G92.1", Group.NON_MODAL, False),
+    ("G17 G18 G19", Group.PLANE, False),
+    ("G90 G91", Group.DISTANCE, False),
+    ("G91.1", Group.ARC_DISTANCE, False),
+    ("G94", Group.FEED_MODE, False),
+    ("G20 G21", Group.UNITS, False),
+    ("G40", Group.CUTTER, False),
+    ("G54 G55 G56 G57 G58 G59", Group.COORDINATES, False),
+    ("G61", Group.CONTROL, False),
+    ("M0 M1 M2 M30", Group.FLOW, False),
+    ("M3 M4 M5", Group.SPINDLE, False),
+    ("M7 M8 M9", Group.COOLANT, False),
+    ("M62 M63 M64 M65 M67 M68", Group.OUTPUT, False),
 )
 
 COMMANDS: dict[str, Word] = {
-    name: Word(name, group, use, group is Group.OUTPUT)
-    for names, group, use in _ROWS
-    for name in names.split()
+    name: Word(name, group, takes) for names, group, takes in _ROWS for name in names.split()
 }
 """Every command word by its name."""
 
@@ -116,14 +106,12 @@ class GcodeError(RemoteProtocolError):
 class Block:
     """The words of one line: commands by group, axis words, and the other values by letter.
 
-    Numbers are as written, in the active unit. `axis_use` is what an explicit command needs the
-    axis words for. `jog` means that the words followed `$J=`.
+    Numbers are as written, in the active unit. `jog` means that the words followed `$J=`.
     """
 
     commands: Mapping[Group, str] = field(default_factory=dict, hash=False)
     axes: Mapping[str, float] = field(default_factory=dict, hash=False)
     values: Mapping[str, float] = field(default_factory=dict, hash=False)
-    axis_use: AxisUse | None = None
     jog: bool = False
 
     def __post_init__(self) -> None:
@@ -132,8 +120,9 @@ class Block:
 
     @property
     def motion_use(self) -> bool:
-        """Whether the block's axis words are the target of a motion."""
-        return self.axis_use is AxisUse.MOTION or (self.axis_use is None and bool(self.axes))
+        """Whether the block's axis words are the target of a motion, or a motion lacks them."""
+        takers = {group for group, name in self.commands.items() if COMMANDS[name].takes_axes}
+        return Group.MOTION in takers or (not takers and bool(self.axes))
 
 
 def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
@@ -141,7 +130,7 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
     commands: dict[Group, str] = {}
     axes: dict[str, float] = {}
     values: dict[str, float] = {}
-    use: AxisUse | None = None
+    taken_axes = False
     at = 0
     while at < len(text):
         letter = text[at]
@@ -153,7 +142,9 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
         value, at = taken
         if letter in "GM":
             word = _command(letter, value, dialect)
-            use = _claimed(use, word)
+            if word.takes_axes and taken_axes:
+                raise GcodeError(24, word.name)
+            taken_axes |= word.takes_axes
             if word.group in commands:
                 raise GcodeError(21, word.name)
             commands[word.group] = word.name
@@ -161,7 +152,7 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
             _store(letter, value, dialect, axes, values)
     if values.get("N", 0) > LINE_NUMBER_MAX:
         raise GcodeError(27)
-    return Block(commands, axes, values, use, jog)
+    return Block(commands, axes, values, jog)
 
 
 def _command(letter: str, value: float, dialect: Dialect) -> Word:
@@ -175,17 +166,9 @@ def _command(letter: str, value: float, dialect: Dialect) -> Word:
     word = COMMANDS.get(name)
     if word is None:
         raise GcodeError(20 if stem in BAD_DECIMALS_UNSUPPORTED else 23, name)
-    if word.outputs_only and not dialect.outputs:
+    if word.group is Group.OUTPUT and not dialect.outputs:
         raise GcodeError(20, name)
     return word
-
-
-def _claimed(use: AxisUse | None, word: Word) -> AxisUse | None:
-    if word.axis_use is None:
-        return use
-    if use is not None:
-        raise GcodeError(24, word.name)
-    return word.axis_use
 
 
 def _store(

@@ -18,7 +18,7 @@ from armdrive.dialects.grbl.exchange import (
     refusal,
 )
 from armdrive.dialects.grbl.settings import GrblSettings
-from armdrive.dialects.grbl.stops import GrblOutputs, GrblStops
+from armdrive.dialects.grbl.stops import GrblStops
 from armdrive.tasks import Alert, AlertKind, Done, Reply, RequestRejected
 from firmware_protocol.grbl import (
     Acknowledged,
@@ -58,7 +58,6 @@ class GrblContact:
     exchange: GrblExchange
     board: BoardState
     stops: GrblStops
-    outputs: GrblOutputs
     settings: GrblSettings
 
     def make(self) -> Script[HostEvent, None]:
@@ -134,8 +133,9 @@ class GrblContact:
         reports with the overrides show that: every tenth or twentieth one. The speed shows nothing:
         FluidNC goes on to report it after `M5`.
         """
-        if not (self.outputs.reset_lets_go and self.outputs.reported):
-            return self.outputs.reset_lets_go
+        outputs = self.stops.outputs
+        if not (outputs.reset_lets_go and outputs.reported):
+            return outputs.reset_lets_go
         confirmations = 0
         for _ in range(REPORTS_TO_OFFSET):
             seen = yield from self.exchange.look()

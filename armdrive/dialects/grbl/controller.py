@@ -102,7 +102,7 @@ class GrblController(ScriptRunner[HostEvent]):
         self.stops = stops = GrblStops(
             self.io, exchange, board, self.outputs, settings, lambda: self.bounds.slowest_stop_s
         )
-        self.contact = GrblContact(self.io, exchange, board, stops, self.outputs, settings)
+        self.contact = GrblContact(self.io, exchange, board, stops, settings)
         self.homing = GrblHoming(
             self.io, exchange, board, self.contact, axes.letters, self.homing_time
         )

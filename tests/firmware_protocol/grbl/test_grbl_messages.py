@@ -297,10 +297,9 @@ def test_a_block_holds_its_words():
         {grbl.Group.DISTANCE: "G90", grbl.Group.MOTION: "G1"},
         {"X": -1.5, "A": 2.0},
         {"N": 7.0, "F": 300.0},
-        grbl.AxisUse.MOTION,
     )
     assert grbl.parse_line("$J=G53X1F9", SIX_AXES) == grbl.Block(
-        {grbl.Group.NON_MODAL: "G53"}, {"X": 1.0}, {"F": 9.0}, None, jog=True
+        {grbl.Group.NON_MODAL: "G53"}, {"X": 1.0}, {"F": 9.0}, jog=True
     )
     assert grbl.parse_line("", SIX_AXES) == grbl.Empty()
 
