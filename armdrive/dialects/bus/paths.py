@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
+from armdrive.dialects.bus.questions import REPLY_TIMEOUT_S
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Motors
 
