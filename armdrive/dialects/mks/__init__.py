@@ -13,6 +13,7 @@ Read in this order, after `dialects.bus`:
                  clearing stalls
     motion       the stages of a motion, from the first order until all drives stand
     steering     targets along a path, updated while the drives move
+    paths        where drives are on their path, and what comes next on it
     contour      the drives of a motion compared with their common path
     bursts       motion by firmware that cannot be steered
     stops        stopping, and relieving drives that push against an obstacle
