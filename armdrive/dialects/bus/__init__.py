@@ -3,7 +3,7 @@
 Read in this order:
 
     paths      the planned path of all motors, and each drive's course by its orders
-    ledger     the open questions to a drive, the replies that it owes, how many it may miss
+    questions  the open questions about a drive's position, and when a reading was sampled
     intervals  where a healthy shaft can be, and what a reading shows that lies elsewhere
     observer   conclusions from the orders, questions and replies of each drive
     phases     what the drives of an arm do together: the table of phases and signals, and the
@@ -26,8 +26,8 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               off the path and all its targets after an outage
               CiA 402: has stood short of its target for 0.6 s               cia402.motion
               CiA 402: is read off its last target for 0.6 s                 cia402.leading
-  restarted   out of reach twice, or away (it owes replies, `Absence`); and  observer, ledger
-              its count can have run up from zero
+  restarted   out of reach twice, and its count can have run up from zero    observer
+              MKS: the same, but it was away (it owes replies) instead       mks.polled, ledger
               CiA 402: its boot-up message came                              cia402.drives
               CiA 402: its settings are gone when it is contacted            cia402.contact
   elsewhere   out of reach twice, otherwise                                  observer

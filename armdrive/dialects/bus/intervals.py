@@ -24,7 +24,6 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.dialects.bus.ledger import LOOK_S
 from armdrive.dialects.bus.paths import Courses, Interval
 
 MAX_DELAY_S = 0.1
@@ -38,6 +37,8 @@ the end of a motion it gets about as long: three times three looks, 0.02 s apart
 SPEED_ERROR = 1.05
 """How much faster than ordered a sound drive may turn, for its reach. Real MKS drives ordered to
 2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide)."""
+LOOK_S = 0.05
+"""The second of two readings is asked for at least this long after the first one arrived."""
 CONFIRMING_LOOKS = 2
 """A finding must hold at this many looks in a row before a drive is blamed."""
 

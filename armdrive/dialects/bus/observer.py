@@ -5,8 +5,8 @@ table is in `dialects.bus`. Reach and following are in `intervals`. Here is one 
 
     from zero   as far as any order in force lets it turn since it may have restarted
 
-Whether it had no power for a moment is in `ledger`. MKS drives are also judged after a stop and an
-outage (`mks.polled`), and together (`mks.observer`, `mks.contour`).
+MKS drives are also judged by the replies that they owe, after a stop and after an outage
+(`mks.polled`), and together (`mks.observer`, `mks.contour`).
 
 Pure: no clock, no wire. Counts, seconds.
 """
@@ -26,8 +26,8 @@ from armdrive.dialects.bus.intervals import (
     Reading,
     covered,
 )
-from armdrive.dialects.bus.ledger import Ledger
 from armdrive.dialects.bus.paths import Courses
+from armdrive.dialects.bus.questions import Questions
 from kinematics.spaces import Motors
 
 PROMPT_REPLY_S = 0.03
@@ -42,8 +42,7 @@ class ObservedDrive:
         self._courses = Courses()
         self.course = self._courses.likely
         """Where it probably is."""
-        self.ledger = Ledger()
-        self.absence = self.ledger.absence
+        self.questions = Questions()
         self.confirmed_s = -math.inf
         """When it confirmed last that it has taken an order; never, if such drives do not."""
         self.count = 0
@@ -87,14 +86,14 @@ class ObservedDrive:
         """Record that the drive stands at a count."""
         self._courses.rest_at(count, now_s)
         self.moving = self.fresh = False
-        self.ledger.forget()
+        self.questions.forget()
         self._restart_comparison(now_s)
 
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
         self._reach.begin(self._last)
         self.finding = DriveFinding.FITS
-        self.ledger.forget()  # it was read after anything it missed while standing
+        self.questions.forget()  # it was read after anything it missed while standing
 
     def _restart_comparison(self, now_s: float) -> None:
         self._following.begin()
@@ -105,12 +104,11 @@ class ObservedDrive:
     def read(self, count: int, now_s: float) -> None:
         """Record its count and conclude what that means."""
         self._courses.advance(now_s)
-        self.asked_s = self.ledger.located(now_s)
+        self.asked_s = self.questions.located(now_s)
         self.count, self.read_s = count, now_s
         self._last = reading = Reading(count, self.asked_s, now_s)
         if self._still is None or abs(count - self._still.count) > self.bounds.tremble:
             self._still = reading
-        self.absence.conclude(now_s)
         off = self._courses.off(count, self._ordered_from_s)
         self._reach.add(reading, self._courses, off)
         self.finding, self.place = self._judge(reading, off), self.course.place
@@ -126,10 +124,6 @@ class ObservedDrive:
         if self._reach.is_left:
             restarted = self.counts_from_zero(self._reach.since_s, now_s)
             return DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
-        if math.isfinite(self.absence.since_s):
-            if self.counts_from_zero(self.absence.since_s, now_s):
-                return DriveFinding.RESTARTED
-            self.absence.acquit()  # its count proves that it kept its power
         if not self._reach.is_within:
             return DriveFinding.DOUBTED
         place = self.course.place
@@ -144,9 +138,9 @@ class ObservedDrive:
         """
         turned, ran = self._progress(reading)
         count, now_s = reading.count, reading.read_s
-        prompt = now_s <= self.ledger.asked_s + PROMPT_REPLY_S
+        prompt = now_s <= self.questions.asked_s + PROMPT_REPLY_S
         if prompt and turned * ran >= PROGRESS_SHARE * ran * ran:
-            self._courses.correct(count, self.ledger.asked_s, self._ordered_from_s)
+            self._courses.correct(count, self.questions.asked_s, self._ordered_from_s)
         self._met = Look(count, self.course.place, now_s)
 
     def _progress(self, reading: Reading) -> tuple[float, float]:

@@ -135,7 +135,7 @@ class Cia402Drive:
     def ask(self, now_s: float) -> None:
         """Record a SYNC, at which it reports."""
         self.missed += 1
-        self.shaft.ledger.asked(now_s)
+        self.shaft.questions.asked(now_s)
 
     def show(self, word: canopen.Statusword | None) -> None:
         """Record its statusword; None if its state has become unknown."""

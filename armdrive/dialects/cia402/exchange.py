@@ -16,7 +16,7 @@ from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, absence
-from armdrive.dialects.bus.ledger import LAST_TRY_S, MUTE_POLLS
+from armdrive.dialects.bus.questions import LAST_TRY_S, MUTE_POLLS
 from armdrive.dialects.cia402.drives import (
     FAULTS,
     Cia402Drive,

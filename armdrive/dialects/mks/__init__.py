@@ -3,12 +3,18 @@
 Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
-    drive        what is known of one drive: its orders, and what its replies show
+    ledger       what one drive was sent and the replies that it owes: was it without power?
+    polled       what its readings show after a stop, and after an outage
+    drive        what its messages show beside its position
+    observer     the drives together: outages, drives that do not reply
     exchange     frames to the drives and their replies; every reply goes to the observer
+    surplus      replies that no question explains: late ones, and those of a second drive
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls
     motion       the stages of a motion, from the first order until all drives stand
     steering     targets along a path, updated while the drives move
+    paths        where drives are on their path, and what comes next on it
+    contour      the drives of a motion compared with their common path
     bursts       motion by firmware that cannot be steered
     stops        stopping, and relieving drives that push against an obstacle
     homing       the drives' own search for their switches

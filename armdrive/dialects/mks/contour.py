@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
-from armdrive.dialects.bus.paths import KEPT_S, PlannedPath
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.observer import Verdict
+from armdrive.dialects.mks.paths import KEPT_S, SteeredPath
 from armdrive.dialects.mks.polled import WEAK_LOOKS
 
 APART_SHARE = 0.2
@@ -27,7 +27,7 @@ WEAK_SHARE = 0.75
 class ContourCheck:
     """The drives of one motion on their common path."""
 
-    def __init__(self, drives: Sequence[MksDrive], path: PlannedPath) -> None:
+    def __init__(self, drives: Sequence[MksDrive], path: SteeredPath) -> None:
         self._drives, self._path = drives, path
         self.apart = False
         """Whether a drive was behind the others at the last look."""

@@ -1,4 +1,4 @@
-"""One MKS drive: its last order, and what its replies show."""
+"""One MKS drive: its last order, and what its messages show beside its position."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, absence
-from armdrive.dialects.bus.ledger import LAST_TRY_S
+from armdrive.dialects.bus.questions import LAST_TRY_S
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of

@@ -26,15 +26,15 @@ from armdrive.dialects.bus.drives import (
     not_heard_words,
 )
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
-from armdrive.dialects.bus.ledger import REPLY_TIMEOUT_S
-from armdrive.dialects.bus.paths import KEPT_S
 from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
+from armdrive.dialects.bus.questions import REPLY_TIMEOUT_S
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.contact import MksInquiry
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.observer import Verdict
+from armdrive.dialects.mks.paths import KEPT_S
 from armdrive.dialects.mks.steering import Steering, Trip
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
 from armdrive.tasks import (

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import LATE_OUTAGES
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
-from armdrive.dialects.bus.ledger import MUTE_POLLS
+from armdrive.dialects.bus.questions import MUTE_POLLS
 from armdrive.dialects.mks.drive import MksDrive
 
 OUTAGE_S = 0.06

@@ -2,6 +2,7 @@
 
 Beside what any reading shows (`bus.observer`), here is:
 
+    absence whether it had no power for a moment, by the replies that it owes (`ledger`)
     rest    where it can come to rest after a stop: between where its orders had it, its target and,
             if it was silent, where it was read last, plus a corridor
     speed   what two prompt readings show. After an outage the orders that it has received, and
@@ -16,9 +17,10 @@ import math
 from collections import deque
 
 from armdrive.dialects.bus.intervals import Bounds, DriveFinding, Reading, covered
-from armdrive.dialects.bus.ledger import EPSILON_S
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Interval
+from armdrive.dialects.bus.questions import EPSILON_S
+from armdrive.dialects.mks.ledger import Ledger
 
 SPEED_SPAN_S = 0.03
 """Two readings no farther apart than this tell a drive's speed. It changes little in that time;
@@ -76,6 +78,8 @@ class PolledDrive(ObservedDrive):
 
     def __init__(self, node: int, name: str, bounds: Bounds) -> None:
         super().__init__(node, name, bounds)
+        self.questions = self.ledger = Ledger()
+        self.absence = self.ledger.absence
         self.prompt_s = -math.inf
         """When the last reading came that was surely sampled within the allowed delay."""
         self.frame_s = -math.inf
@@ -144,12 +148,21 @@ class PolledDrive(ObservedDrive):
 
     def read(self, count: int, now_s: float) -> None:
         """Record its count and conclude what that means."""
+        self.absence.conclude(now_s)
         super().read(count, now_s)
         self._readings.append(Reading(count, self.asked_s, now_s))
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
             self.prompt_s = now_s
         if self.is_within_reach:
             self.lag = self.place - count
+
+    def _judge(self, reading: Reading, off: float) -> DriveFinding:
+        away_s = self.absence.since_s
+        if math.isfinite(away_s) and not self._reach.is_left:
+            if self.counts_from_zero(away_s, reading.read_s):
+                return DriveFinding.RESTARTED
+            self.absence.acquit()  # its count proves that it kept its power
+        return super()._judge(reading, off)
 
     def _correct_courses(self, reading: Reading) -> None:
         turned, ran = self._progress(reading)

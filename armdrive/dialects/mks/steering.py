@@ -13,10 +13,11 @@ import math
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.intervals import MAX_DELAY_S
-from armdrive.dialects.bus.paths import KEPT_S, Heading, PlannedPath, SegmentFeed
+from armdrive.dialects.bus.paths import SegmentFeed
 from armdrive.dialects.mks.contour import ContourCheck
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange
+from armdrive.dialects.mks.paths import KEPT_S, Heading, SteeredPath
 from armdrive.dialects.mks.stops import ramp_to, rpm_within, shared_acc
 from armdrive.tasks import MoveAlong, RequestRejected
 from firmware_protocol.mks import (
@@ -48,7 +49,7 @@ class Trip:
     """One motion under way: the source of its segments, and its progress."""
 
     def __init__(self, request: MoveAlong, drives: Sequence[MksDrive], period_s: float) -> None:
-        self.path = path = PlannedPath(Motors(drive.goal for drive in drives))
+        self.path = path = SteeredPath(Motors(drive.goal for drive in drives))
         """The path of all drives, from where they stand."""
         self.contour = ContourCheck(drives, path)
         self.ahead_s = request.ahead_s
@@ -90,7 +91,7 @@ class Trip:
         # half a period at most is made up for, so orders never come in a rush after a delay
         self.due_s = max(self.due_s, now_s - self._period_s / 2.0) + self._period_s
         self.time_s, self._steered_s = self.at_s(now_s), now_s
-        self.path.discard_before(self.time_s)
+        self.path.discard_before(self.time_s, KEPT_S)
         held = self.held_back()
         self.rate = APART_RATE if self.contour.apart and not held else 1.0
         if not held:

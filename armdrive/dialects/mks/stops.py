@@ -11,9 +11,9 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 
 from armdrive.dialects.bus.intervals import DriveFinding
-from armdrive.dialects.bus.ledger import MUTE_POLLS
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
+from armdrive.dialects.bus.questions import MUTE_POLLS
 from armdrive.dialects.exchange import Obstructed
 from armdrive.dialects.mks.drive import RUNNING, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript

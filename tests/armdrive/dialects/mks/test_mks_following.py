@@ -21,8 +21,7 @@ from mks_bench import (
     total,
 )
 
-from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, MAX_DELAY_S, STANDING_S
-from armdrive.dialects.bus.ledger import LOOK_S
+from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, LOOK_S, MAX_DELAY_S, STANDING_S
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import AlertKind, MoveAlong
 from firmware_protocol.mks import Code

@@ -13,10 +13,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
-from armdrive.dialects.bus.paths import Course, PlannedPath
+from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.contour import ContourCheck
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.observer import Observer
+from armdrive.dialects.mks.paths import SteeredPath
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.tasks import MoveBy
 from kinematics import Motors
@@ -183,7 +184,7 @@ def test_a_drive_on_a_slow_link_is_not_taken_to_have_been_away(wait_s: float) ->
 
 def leading(*counts: int) -> ContourCheck:
     """Return drives that were looked at a while into a path that takes them along together."""
-    found, path = observer(len(counts)), PlannedPath(Motors([0] * len(counts)))
+    found, path = observer(len(counts)), SteeredPath(Motors([0] * len(counts)))
     for _ in range(20):
         path.append(MoveBy(Motors([3000] * len(counts)), 30_000.0))
     for node, count in enumerate(counts, 1):

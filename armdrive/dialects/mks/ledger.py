@@ -1,46 +1,27 @@
 """Track the questions and orders sent to one drive, and the replies it still owes. Seconds.
 
-    Ledger   the open questions: when a reading was sampled, when to ask again, who is mute
+    Ledger   the open questions and orders: when to ask again, who is mute
     Absence  whether the drive had no power for a moment
 
-A reply does not name the question it answers. So a position was sampled at some moment since the
-oldest open question was sent, and a drive that leaves replies out for long may have had no power.
+A reply does not name the question it answers, and one may be late or lost. A drive that leaves
+replies out for long may have had no power.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 
-REPLY_TIMEOUT_S = 0.3
-"""A question that is still open after this long counts as lost. The slowest reply observed on an
-overloaded computer took 0.18 s."""
+from armdrive.dialects.bus.questions import EPSILON_S, MUTE_POLLS, Questions
+
 RETRY_PERIOD_S = 0.01
 """While other drives reply, a silent drive is asked again this often, or as slowly as it replies.
 Frequent retries tell a few lost frames from a drive without power. Frames sent closer together
 count as one question."""
-RECENT_REPLIES = 15
-"""The median of so many tells how long a drive takes to reply; a late one does not change it."""
-USUAL_WAITS = 2.0
-"""A reply that is later than this many times the median is missed: on a link that delays every
-message by a random time, the slowest takes twice as long as the mean."""
-LAST_TRY_S = 0.25
-"""How much longer the last reply is waited for: a frame may wait that long in the computer or the
-adapter (see `transports/can_link.py`)."""
-MUTE_POLLS = 4
-"""A drive that misses this many polls in a row while another one replies is mute, and may have lost
-its power. On a bus that loses one frame in ten, a sound drive does that once in 750 polls."""
 REPLY_GRACE_S = 0.12
 """Once a drive replies again, replies that are later than this will not come, as long as the other
 drives reply in time."""
-LOOK_S = 0.05
-"""The second of two readings is asked for at least this long after the first one arrived."""
-EPSILON_S = 1e-6
-"""Tolerance for rounded times."""
 POLL_SPACING_S = 0.1
 """Unanswered questions that are closer together than this count as one."""
-MOST_QUESTIONS = 256
-"""Questions kept for a drive that never replies: older ones are overdue in any case."""
 
 
 class Absence:
@@ -123,13 +104,11 @@ class Absence:
         self.since_s = self.suspected_s = math.inf
 
 
-class Ledger:
+class Ledger(Questions):
     """The open questions to one drive, and the frames that it leaves unanswered."""
 
     def __init__(self) -> None:
-        self.timeout_s = REPLY_TIMEOUT_S
-        """A question that is still open after this long counts as lost. After a longer outage, the
-        replies to later questions may be as late as that."""
+        super().__init__()
         self.answers_orders = False
         """Whether the drive confirms orders. Its settings may switch that off."""
         self.unanswered_polls = 0
@@ -141,11 +120,6 @@ class Ledger:
         self.open_s = math.inf
         """When the first frame without a reply was sent; infinity if none is open."""
         self.absence = Absence()
-        self.asked_s = -math.inf
-        """When its position was asked for last."""
-        self._questions: deque[float] = deque(maxlen=MOST_QUESTIONS)
-        self._waits_s: deque[float] = deque(maxlen=RECENT_REPLIES)
-        """How long it took for its latest replies whose question is certain."""
         self._polled_s = -math.inf
         self._missed = 0
         self._retried_s = -math.inf
@@ -156,8 +130,7 @@ class Ledger:
 
     def asked(self, now_s: float) -> None:
         """Record a question about its position."""
-        self._questions.append(now_s)
-        self.asked_s = now_s
+        super().asked(now_s)
         if not self.unanswered_polls or now_s >= self._polled_s + POLL_SPACING_S - EPSILON_S:
             self.unanswered_polls, self._polled_s = self.unanswered_polls + 1, now_s
 
@@ -182,18 +155,6 @@ class Ledger:
         if owes:
             self.absence.owe()
 
-    def located(self, now_s: float) -> float:
-        """Record a position reply; return the earliest moment at which it can be sampled."""
-        overdue_s = now_s - self.timeout_s
-        while self._questions and self._questions[0] < overdue_s:
-            self._questions.popleft()
-        if not self._questions:
-            return overdue_s
-        asked_s = self._questions.popleft()
-        if not self._questions:  # else it may be the reply to any of them
-            self._waits_s.append(now_s - asked_s)
-        return asked_s
-
     def replied(self, now_s: float, *, settles: bool, asked: bool = True) -> None:
         """Record a frame from the drive; one that `settles` is one of the replies it owes.
 
@@ -215,11 +176,11 @@ class Ledger:
 
     def forget(self) -> None:
         """Drop all suspicions and wait for no reply."""
+        super().forget()
         self.absence.forget()
         self.open_s = math.inf
         self._missed, self._unproven = 0, False
         self.unanswered_polls = 0
-        self.timeout_s = REPLY_TIMEOUT_S
 
     # -- conclusions --------------------------------------------------------------------------
 
@@ -231,12 +192,6 @@ class Ledger:
     def silent(self) -> bool:
         """Whether the drive leaves everything unanswered while another one replies."""
         return self._missed >= MUTE_POLLS
-
-    @property
-    def longest_wait_s(self) -> float:
-        """How long its replies take at most, by how long they usually take; 0 if none came yet."""
-        waits_s = sorted(self._waits_s)
-        return USUAL_WAITS * waits_s[len(waits_s) // 2] if waits_s else 0.0
 
     @property
     def _retry_period_s(self) -> float:
