@@ -137,10 +137,9 @@ class ProgramFiles:
             work = partial(check_file, path, self._desk.arm.config)
             self._reading = self._desk.calls.work_out(work, self._keep)
 
-    def _keep(self, checked: CheckedProgram | None) -> bool:
+    def _keep(self, checked: CheckedProgram | None) -> None:
         if checked is not None and checked.path == self.chosen:
             self.checked = checked
-        return True
 
 
 def reason(error: Exception) -> str:
@@ -196,11 +195,9 @@ class ProgramRehearsal:
         if number == self._number:
             self.far = far
 
-    def _keep(self, number: int, seen: object, found: Rehearsal | None) -> bool:
-        if number != self._number:
-            return False
-        self._found, self._of, self.far = found, seen, None
-        return True
+    def _keep(self, number: int, seen: object, found: Rehearsal | None) -> None:
+        if number == self._number:
+            self._found, self._of, self.far = found, seen, None
 
 
 def _seen(program: Program, status: Status) -> object:
