@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.errors import ArmError, BadRequest, LinkLost, Stopped
 from armdrive.errors.printable import reason_of
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
@@ -317,6 +317,8 @@ class DeskRun:
     def _failed(self, error: Exception, run: ProgramRun) -> None:
         mark = mark_of(error, None if run.at is None else run.at.mark)
         why = self._halted if self._halted and isinstance(error, Stopped) else reason(error)
+        if isinstance(error, LinkLost):
+            why = "the link was lost"  # the safety panel says all about it
         self.failed, self.failed_in = True, None if mark is None else mark.line
         where = "" if mark is None else f" IN LINE {mark.line}"
         self.outcome = f"ENDED{where}, after {counted(run.done, 'act')}: {why}"
