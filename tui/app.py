@@ -409,15 +409,15 @@ class Calls:
             confirmation.forget()
         self._app.show()
 
-    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], bool]) -> Job:
+    def work_out(self, work: Callable[[], Found], keep: Callable[[Found | None], object]) -> Job:
         """Compute something in a thread; keep it, or None after an error, and show the effect.
 
-        `keep` is called in the app's own thread, and returns whether it is still of interest.
+        `keep` is called in the app's own thread.
         """
 
         def ended(found: Found | None, wrong: str) -> None:
-            if keep(found) and wrong:
-                self._app.message = wrong
+            keep(found)
+            self._app.message = wrong or self._app.message
             self._app.show()
 
         return self._begin(work, ended)

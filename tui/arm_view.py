@@ -19,7 +19,6 @@ from rich.segment import Segment
 from rich.style import Style
 from textual import events
 from textual.dom import DOMNode
-from textual.filter import LineFilter
 from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
@@ -96,8 +95,6 @@ class SpaceView(Widget):
         self._moment = Moment()
         self._painted: Painted | None = None
         self._styles: dict[Ink, Style] = {}
-        self._filters: tuple[LineFilter, ...] = ()
-        self._strips: dict[int, Strip] = {}
         self._worked_s = -math.inf
         self._working = False
         self._held_at: tuple[float, float] | None = None
@@ -133,55 +130,30 @@ class SpaceView(Widget):
         """Take the colours of another theme."""
         super().notify_style_update()
         self._styles = {}
-        self._strips = {}
 
-    def render_lines(self, crop: Region) -> list[Strip]:
-        """Return rows of the picture.
-
-        The framework's own way by single lines looks for borders and tints in each, which this
-        widget has not, and takes twice as long.
-        """
-        filters = tuple(self.get_line_filters())
-        if filters != self._filters:
-            self._filters, self._strips, self._styles = filters, {}, {}
-        strips = [self._strip(y) for y in crop.line_range]
-        if crop.column_span != (0, self.size.width):
-            strips = [strip.crop(*crop.column_span) for strip in strips]
-        return strips
-
-    def _strip(self, y: int) -> Strip:
-        """Return one row, the very same one until it changes."""
-        strip = self._strips.get(y)
-        if strip is None:
-            painted = self._painted
-            if painted is None or y >= painted.height:
-                return Strip.blank(self.size.width, self.rich_style)
-            segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
-            strip = self._strips[y] = Strip(segments, painted.width)
-        return strip
+    def render_line(self, y: int) -> Strip:
+        """Return a row of the picture."""
+        painted = self._painted
+        if painted is None or y >= painted.height:
+            return Strip.blank(self.size.width, self.rich_style)
+        segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
+        return Strip(segments, painted.width)
 
     def _style(self, ink: Ink) -> Style:
-        """Return how an ink looks in the present theme, as the app's filters leave it."""
-        found = self._styles.get(ink)
-        if found is None:
+        """Return how an ink looks in the present theme."""
+        if ink not in self._styles:
             ink_style = self.app.stylesheet.parse_style(INK_STYLES[ink])
-            found = (self.visual_style + ink_style).rich_style
-            sample = [Segment("x", found)]
-            for line_filter in self._filters:
-                sample = line_filter.apply(sample, self.background_colors[1])
-            found = self._styles[ink] = sample[0].style or found
-        return found
+            self._styles[ink] = (self.visual_style + ink_style).rich_style
+        return self._styles[ink]
 
     def _redraw(self) -> None:
         if self.size.height < LEAST_ROWS:
-            self._painted, self._strips = None, {}
+            self._painted = None
             return
         space = self._scene.space(self._moment, self._unknown)
         before = self._painted
         self._painted = self._studio.draw(space, self.camera, self.size.width, self.size.height)
         changed = [Region(x, y, width, 1) for x, y, width in self._painted.changes(before)]
-        for region in changed:
-            self._strips.pop(region.y, None)
         if changed:
             self.refresh(*changed)
 

@@ -19,7 +19,6 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import IO, Any
 
-from rich.color import ColorSystem
 from rich.console import Console
 from rich.segment import Segment
 from textual._compositor import ChopsUpdate, Compositor
@@ -29,7 +28,6 @@ from textual.driver import Driver
 from textual.filter import LineFilter
 from textual.message import Message
 from textual.screen import Screen
-from textual.strip import Strip
 
 if sys.platform != "win32":
     import termios
@@ -255,11 +253,6 @@ def forget_a_closed_terminal() -> None:
 # only (`ChopsUpdate.render_segments`, "crop to x extents"). A picture in which a little changes in
 # many rows then costs three times as many bytes.
 
-_ONE_CELL_EACH = re.compile(
-    "[ -~\\xa0-\\xac\\xae-\\u02ff\\u2500-\\u259f\\u25cb\\u25cf\\u2800-\\u28ff]*"
-).fullmatch
-"""Latin letters, lines, blocks, dots and braille."""
-
 
 class SpansUpdate(ChopsUpdate):
     """Spans of rows, cropped on both sides."""
@@ -273,27 +266,8 @@ class SpansUpdate(ChopsUpdate):
                 if strip is None or first >= last:
                     continue
                 written.append(f"\x1b[{y + 1};{first + 1}H")
-                written.append(_cut(strip, first - x, last - x, console))
+                written.append(strip.crop(first - x, last - x).render(console))
         return "".join(written)
-
-
-def _cut(strip: Strip, left: int, right: int, console: Console) -> str:
-    """Return a part of a strip as it is written to the terminal.
-
-    `Strip.crop` and `render` do the same by way of a strip of its own for each span, with caches
-    that are never asked. Letters that may not be one cell wide are left to them.
-    """
-    if not all(_ONE_CELL_EACH(segment.text) for segment in strip):
-        return strip.crop(left, right).render(console)
-    colours = console._color_system or ColorSystem.TRUECOLOR  # noqa: SLF001 - as Strip.render
-    written, x = [], 0
-    for text, style, _ in strip:
-        piece = text[max(left - x, 0) : right - x] if x < right else ""
-        x += len(text)
-        if piece:
-            drawn = Strip.render_style(style, piece, colours) if style is not None else piece
-            written.append(drawn)
-    return "".join(written)
 
 
 class SpansCompositor(Compositor):

@@ -6,15 +6,10 @@ from dataclasses import replace
 
 import pytest
 from desk_fake import MODEL, Clock
-from hypothesis import given
-from hypothesis import strategies as st
 from pages import page_path
 from rich.console import Console
-from rich.segment import Segment
-from rich.style import Style
 from textual.app import App
 from textual.events import MouseScrollUp
-from textual.strip import Strip
 
 from armdrive.render.camera import LOOKS, VIEWS
 from armdrive.render.canvas import PATTERNS
@@ -24,7 +19,7 @@ from kinematics.guards.shapes import Box
 from tui.arm_view import CLEAR, REST_S, SpaceView, move_cameras
 from tui.keys.keyboard import label
 from tui.keys.table import VIEW_KEYS
-from tui.terminal import SpansUpdate, _cut, send_changed_spans
+from tui.terminal import SpansUpdate, send_changed_spans
 
 TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
 GUARDED = replace(
@@ -134,28 +129,6 @@ async def test_spans_paint_what_a_whole_repaint_shows():
             for text in app.painted:
                 screen.feed(text)
             assert screen.rows == list(app.view.rows)
-
-
-SEGMENTS = st.lists(
-    st.builds(
-        Segment,
-        st.text("ab \u00b0\u28ff\u2500\u65e5\u0301", min_size=1, max_size=6),
-        st.sampled_from((None, Style.parse("bold red"), Style.parse("on blue"))),
-        st.none(),  # control codes come in no strip
-    ),
-    max_size=5,
-)
-
-
-CONSOLE = Console(file=io.StringIO())
-
-
-@given(SEGMENTS, st.integers(0, 30), st.integers(0, 30))
-def test_a_span_is_what_the_framework_crops_on_both_sides(segments, left, width):
-    strip = Strip(segments)
-    right = min(left + width, strip.cell_length)
-    if left < right:
-        assert _cut(strip, left, right, CONSOLE) == strip.crop(left, right).render(CONSOLE)
 
 
 class Terminal:

@@ -14,9 +14,11 @@ from armdrive.status import Current, State, Trust
 async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
     async with Session() as session:
         await session.arm_keys()
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        lost = {"state": State.DISCONNECTED, "trust": Trust.SUSPECT, "trust_reason": "it moved"}
+        session.arm.set(**lost, error="the cable was pulled")
         await session.poll()
         assert "LINK LOST  the cable was pulled" in session.text("banner")
+        assert not session.screen.query_one("#near").display, "an empty panel"
         assert "armed:" not in session.text("messages")
         assert "or ctrl+q to leave" in session.text("banner")
         assert not session.desk.screens.current.armed

@@ -19,7 +19,6 @@ from tui.settings import (
     DeskMemory,
     JogSettings,
     MoveSettings,
-    look_after,
     look_named,
     recall,
     remember,
@@ -30,15 +29,11 @@ from tui.settings import (
 
 def test_increments_and_speeds_stop_at_the_ends_of_their_rows():
     tip = JogSettings().other_mode()
+    assert tip.other_mode() == JogSettings()
     assert JogSettings().with_step(99).step_deg == tip.with_step(99).step_mm == INCREMENTS[-1]
     assert JogSettings().with_step(-99).step_deg == tip.with_step(-99).step_mm == INCREMENTS[0]
     assert JogSettings().with_speed(99).speed == SPEEDS[-1]
     assert JogSettings().with_speed(-99).speed == SPEEDS[0]
-
-
-def test_the_mode_goes_to_and_fro():
-    assert JogSettings().other_mode().cartesian
-    assert JogSettings().other_mode().other_mode() == JogSettings()
 
 
 def test_a_tap_is_a_distance_and_a_hold_a_direction():
@@ -183,23 +178,15 @@ def test_the_facts_are_three_lines_and_know_what_the_arm_feels():
     assert "reference (H)" in facts[2]
 
 
-def test_looks_go_round_and_an_unknown_one_is_the_first():
-    seen, name = [], LOOKS[0].name
-    for _ in LOOKS:
-        seen.append(name)
-        name = look_after(name).name
-    assert sorted(seen) == sorted(look.name for look in LOOKS)
-    assert name == LOOKS[0].name
-    assert look_named("mauve") == LOOKS[0]
-
-
-async def test_the_key_goes_through_all_looks():
+async def test_the_key_goes_round_all_looks_and_an_unknown_one_is_the_first():
     async with Session() as session:
         seen = []
         for _ in LOOKS:
-            await session.press("T")
             seen.append(session.desk.theme)
+            await session.press("T")
         assert sorted(seen) == sorted(look.theme for look in LOOKS)
+        assert session.desk.theme == seen[0]
+    assert look_named("mauve") == LOOKS[0]
 
 
 @pytest.mark.parametrize(

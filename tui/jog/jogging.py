@@ -33,14 +33,17 @@ STOPPED = "the arm was stopped"
 NOT_ARMED = "jog keys move nothing before they are armed"
 
 IDLE_DISARMS_S = 60.0
-"""Jog keys disarm after this time without one."""
-
+"""Jog keys disarm after this time without one: whoever armed them may have gone away."""
 
 MOUSE_HOLDS_S = 2.0
-"""A hold ends this long after the last event of its mouse, also a small one."""
+"""A hold ends this long after the last event of its mouse, also a small one.
+
+A hand on a mouse is hardly ever still for so long, and a link that has stalled reports no release.
+"""
 
 MOUSE_RENEWS_S = 0.1
-"""Interval at which the mouse renews its hold; a hold ends after the longest hold of a key."""
+"""Interval at which the mouse renews its hold: less than half of `HOLD_LONGEST_S`, after which the
+arm ends it by itself, so that one late renewal interrupts nothing."""
 
 
 class DeskJogging:

@@ -202,7 +202,10 @@ class JogScreen(DeskScreen):
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 
     def _make_room(self) -> None:
-        """Hide rows that no key moves, and the near panel, if not everything fits."""
+        """Hide rows that no key moves, and the near panel, if not everything fits.
+
+        Nothing is known to be near an arm whose link was lost in a motion.
+        """
         frame = 1 if self.has_class("-short") else 2
         details = self.text("details")
         below = details.shown.count("\n") + 1 + frame if details.display else 0
@@ -210,7 +213,8 @@ class JogScreen(DeskScreen):
         table, gripper = len(self.desk.settings.jog.rows) - 1 + frame, 2 + frame
         both = room >= 2 * table + gripper
         self.axes.show_only_driven(only=not both)
-        self.text("near").display = room > (1 + both) * table + gripper
+        near = self.text("near")
+        near.display = bool(near.shown) and room > (1 + both) * table + gripper
 
     # -- keys ---------------------------------------------------------------------------------
 

@@ -11,7 +11,7 @@ from typing import Any
 from textual.binding import Binding, BindingType
 from textual.keys import KEY_NAME_REPLACEMENTS, _character_to_key, key_to_character
 
-from armdrive.errors.actions import desk_words, presented
+from armdrive.errors.actions import Words, desk_words, presented
 from kinematics.text import shown_name
 from tui.keys.layouts import LAYOUTS, QWERTY
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled
@@ -55,7 +55,7 @@ def short_label(key: str) -> str:
 class Keyboard:
     """The table of keys as it is on this keyboard: the same rows, maybe with other keys.
 
-    The desk asks it at every poll, hence the two indexes.
+    The desk asks it at every poll, hence the indexes.
     """
 
     rows: tuple[DeskKey, ...] = TABLE
@@ -63,6 +63,10 @@ class Keyboard:
     @cached_property
     def _by_id(self) -> dict[str, DeskKey]:
         return {row.id: row for row in self.rows}
+
+    @cached_property
+    def _words(self) -> Words:
+        return desk_words(self.label)
 
     @cached_property
     def _by_jog(self) -> dict[str, DeskKey]:
@@ -82,9 +86,7 @@ class Keyboard:
 
     def presented(self, sentence: str) -> str:
         """Return a sentence in the words of the desk: its actions by their keys."""
-        if "`" not in sentence:  # it names no action: at each poll that spares the table of words
-            return sentence
-        return presented(sentence, desk_words(self.label))
+        return presented(sentence, self._words)
 
     def jog(self, key: str) -> str:
         """Return what is printed on the key that jogs as this one of the table does."""

@@ -263,9 +263,8 @@ class PlannedMove:
         work = partial(self._desk.arm.preview, asked[0])
         self.previewing = self._desk.calls.work_out(work, partial(self._keep, asked))
 
-    def _keep(self, asked: Seen, preview: Preview | None) -> bool:
+    def _keep(self, asked: Seen, preview: Preview | None) -> None:
         self._seen, self.preview = asked, preview
-        return True
 
     # -- going --------------------------------------------------------------------------------
 

@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import ArmError, BadRequest, Stopped
+from armdrive.errors import ArmError, BadRequest, LinkLost, Stopped
 from armdrive.errors.printable import reason_of
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.journal import Journal
@@ -137,10 +137,9 @@ class ProgramFiles:
             work = partial(check_file, path, self._desk.arm.config)
             self._reading = self._desk.calls.work_out(work, self._keep)
 
-    def _keep(self, checked: CheckedProgram | None) -> bool:
+    def _keep(self, checked: CheckedProgram | None) -> None:
         if checked is not None and checked.path == self.chosen:
             self.checked = checked
-        return True
 
 
 def reason(error: Exception) -> str:
@@ -196,11 +195,9 @@ class ProgramRehearsal:
         if number == self._number:
             self.far = far
 
-    def _keep(self, number: int, seen: object, found: Rehearsal | None) -> bool:
-        if number != self._number:
-            return False
-        self._found, self._of, self.far = found, seen, None
-        return True
+    def _keep(self, number: int, seen: object, found: Rehearsal | None) -> None:
+        if number == self._number:
+            self._found, self._of, self.far = found, seen, None
 
 
 def _seen(program: Program, status: Status) -> object:
@@ -320,6 +317,8 @@ class DeskRun:
     def _failed(self, error: Exception, run: ProgramRun) -> None:
         mark = mark_of(error, None if run.at is None else run.at.mark)
         why = self._halted if self._halted and isinstance(error, Stopped) else reason(error)
+        if isinstance(error, LinkLost):
+            why = "the link was lost"  # the safety panel says all about it
         self.failed, self.failed_in = True, None if mark is None else mark.line
         where = "" if mark is None else f" IN LINE {mark.line}"
         self.outcome = f"ENDED{where}, after {counted(run.done, 'act')}: {why}"

@@ -262,11 +262,10 @@ class Ports(SetupStage):
         # who holds a port is not found in a moment
         self._looking = desk.calls.work_out(closed_ports, self._list)
 
-    def _list(self, found: tuple[ClosedPort, ...] | None) -> bool:
+    def _list(self, found: tuple[ClosedPort, ...] | None) -> None:
         if found is not None:
             self.marked = len(found) if self.other.text else 0
             self.candidates = found
-        return True
 
     @property
     def idle(self) -> tuple[str, ...]:
@@ -329,9 +328,8 @@ class Ports(SetupStage):
         self._asked = self.port
         self.desk.calls.work_out(partial(_report_on, self.port), self._take_report)
 
-    def _take_report(self, found: Report | None) -> bool:
+    def _take_report(self, found: Report | None) -> None:
         self._asked, self.found = "", found or self.found
-        return True
 
 
 def _report_on(port: str) -> Report:

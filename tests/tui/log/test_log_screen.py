@@ -1,7 +1,5 @@
 """The log screen: what has come is shown in words, sieved, held, opened and saved."""
 
-from pathlib import Path
-
 import pytest
 from desk_logged import LoggedArm, busy_arm
 from desk_planner import at_rest, laid_out
@@ -13,7 +11,7 @@ from armdrive.errors import WrongState
 from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
 from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.table import LOG_DIALOG_KEYS, LOG_KEYS
+from tui.keys.table import LOG_KEYS
 from tui.log import GLANCE_S, PORTION, Window, catalogue_text, cut, log_row, whole_line
 from tui.widgets import PlainText
 
@@ -276,13 +274,6 @@ async def test_an_arm_without_a_recorder_says_so():
 
     async with LogSession(Unrecorded()) as session:
         assert "without a flight recorder" in session.text("messages")
-
-
-async def test_every_key_of_the_log_is_tried_here():
-    source = Path(__file__).read_text(encoding="utf-8")
-    for each in (*LOG_KEYS, *LOG_DIALOG_KEYS):
-        key = each.keys[0]
-        assert f'"{key}"' in source or (key.isdigit() and "str(number)" in source), each.id
 
 
 async def test_no_key_of_the_log_moves_the_arm():

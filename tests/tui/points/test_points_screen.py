@@ -7,7 +7,6 @@ from desk_session import AGAIN_S, Session
 from armdrive.status import State
 from armdrive.storage.points import Point
 from kinematics import Joints
-from tui.app import action_call
 from tui.keys.table import POINT_KEYS
 from tui.points.list import PointList
 
@@ -334,7 +333,6 @@ async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless(
     async with PointSession(PlannerArm()) as session:
         session.shows("no points", list="no points yet: t names")
         for row in POINT_KEYS:
-            assert action_call(row.action, session.screen), row.id
             await session.press(row.keys[0], "escape")
             await session.settle()
         assert session.arm.asked_for == []

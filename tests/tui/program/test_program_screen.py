@@ -391,6 +391,17 @@ async def test_leaving_ends_a_wait_for_an_input_or_for_a_person(arm, tmp_path, p
             await session.poll()
 
 
+async def test_a_pulled_cable_ends_a_program_and_leaves_room_to_say_how_it_goes_on(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, size=(80, 24), waits=WAITS) as session:
+        await session.begin()
+        await session.at_line(2)
+        arm.twin.faults.add("unplug")
+        await session.ended()
+        session.shows("pulled", run="ENDED IN LINE 2, after 2 acts: the link was lost")
+        assert "--resume`" in session.painted_words("run")
+        session.shows("pulled", banner="[E407]")
+
+
 async def test_a_stop_ends_a_motion_at_once(arm, tmp_path):
     async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
         gate = Gate(arm)

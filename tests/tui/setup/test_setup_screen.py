@@ -17,8 +17,6 @@ from armdrive.setup.survey import Report
 from armdrive.status import Current, State
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
-from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.table import SETUP_KEYS
 from tui.setup import Steps
 from tui.setup.motors import MotorsStage
 from tui.setup.stages import Correction, InterviewAsking, NewFile, Ports, Written
@@ -234,12 +232,6 @@ async def test_referencing_asks_as_the_desk_does():
         assert "> 4 check its motors" in session.words, "the next step is marked"
         await session.choose("3 reference")
         assert "> 3 reference" in session.words, "it was referenced before"
-
-
-def test_every_key_of_the_screen_is_pressed_somewhere_here():
-    pressed = {"enter", "down", "up", "right", "left", "backspace", *"tyrnadh"}
-    assert {row.keys[0] for row in SETUP_KEYS} == pressed
-    assert all(DEFAULT_KEYS.label(row.id) for row in SETUP_KEYS)
 
 
 SHOWN = {
