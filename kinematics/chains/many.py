@@ -3,16 +3,12 @@
 The function that `generated` writes for the place of one posture is run on whole columns of joint
 values. Postures are taken in blocks whose intermediate arrays stay in the processor's
 cache: a million of a six-axis arm take some 0.2 s. Lengths in mm, angles in rad.
-
-There is no inverse of many goals. The closed form in numpy was a second one beside that of
-`five_axis.closed_form`, and nothing in this library has a million goals to solve.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -68,7 +64,6 @@ def _tips(chain: Chain, blocks: Iterator[Array], count: int) -> Array:
     return tips.T
 
 
-@lru_cache(maxsize=8)
 def _place(chain: Chain) -> Callable[[Array], Sequence[Sequence[Array]]]:
     """Return the generated function with numpy's sine and cosine in the place of `math`'s."""
     called = {"sin": np.sin, "cos": np.cos}

@@ -10,11 +10,11 @@ Which file decides what:
 
 How a move becomes motion:
 
-    line_path, route_sections   a straight line, or parts in sequence, as corners in joint space:
-                                each curve is solved in the posture that it starts in, and cut
-                                where a joint motion would leave it or turn sharply
-    timed                       corners and limits as a path in time, from rest to rest
-    TimedPath.pieces            that path as pieces of constant speed, which drivers send
+1. `line_path` or `route_sections`: a straight line, or parts in sequence, as corners in joint
+   space. Each curve is solved in the posture that it starts in, and cut where a joint motion would
+   leave it or turn sharply.
+2. `timed`: corners and limits as a path in time, from rest to rest.
+3. `TimedPath.pieces`: that path as pieces of constant speed, which drivers send.
 
 Guards and joint limits judge the corners in between (`armdrive.motion.plan`), never the curves.
 """

@@ -22,6 +22,7 @@ from kinematics.chains.goals import frame_goal
 from kinematics.chains.inverse import Solution
 from kinematics.chains.jacobians import (
     Condition,
+    condition,
     condition_of,
     default_rows,
 )
@@ -303,9 +304,19 @@ def table_branches(
     form = closed_form(chain)
     found = [] if form is None else form.branches(frame_goal(frame), near)
     return tuple(
-        NamedBranch(f"solution {number}", joints, violations=chain.violations(joints))
+        NamedBranch(
+            f"solution {number}",
+            joints,
+            degenerate=_lost_at(chain, joints),
+            violations=chain.violations(joints),
+        )
         for number, joints in enumerate(found, 1)
     )
+
+
+def _lost_at(chain: Chain, joints: Sequence[float]) -> str:
+    state = condition(chain, joints)
+    return state.sentence if state.is_singular else ""
 
 
 def _solved(

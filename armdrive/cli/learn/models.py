@@ -28,10 +28,9 @@ from armdrive.registry.arm_files import arm_of
 from armdrive.text.reading import read_toml
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
-from kinematics.chains.closed_form import closed_form, how_solved
-from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, frame_goal, goal_of
+from kinematics.chains.closed_form import how_solved
+from kinematics.chains.goals import ALL_PARTS, Goal, HandTask, Part, goal_of
 from kinematics.chains.inverse import Solution, solve_goal
-from kinematics.chains.jacobians import condition
 from kinematics.chains.links import JointKind
 from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.five_axis import FiveAxisArm
@@ -44,6 +43,7 @@ from kinematics.textbook.study import (
     Subject,
     subject_of_chain,
     subject_of_system,
+    table_branches,
 )
 from kinematics.textbook.systems import MODEL_NAMES, system
 from kinematics.textbook.systems.mini_movers import MINI_MOVER, with_arm
@@ -223,7 +223,7 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
         f"{subject.title}, {_count_text(goal, branches)}",
         *([f"solved in closed form: {found.structure}"] if shows_structure else []),
         *branch_table(chain.joint_names, [_branch_row(chain, branch) for branch in branches]),
-        *(f"solution {one.name} is {one.degenerate}" for one in branches if one.degenerate),
+        *(f"{one.name}: {one.degenerate}" for one in branches if one.degenerate),
         f"{'joints' if solution.ok else 'nearest'}: {joints_text(chain, solution.joints)}",
         f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}",
         solution.sentence,
@@ -266,26 +266,15 @@ def _branches(subject: Subject, goal: Goal, solution: Solution) -> tuple[NamedBr
     whole = goal.parts == ALL_PARTS
     if not (whole or solution.ok):
         return ()
+    frame = goal.frame if whole else solution.frame
     named = subject.system
     if named is None:
-        asked = goal if whole else frame_goal(solution.frame)
-        return tuple(_numbered(subject.chain, asked, solution.joints))
+        return table_branches(subject.chain, frame, solution.joints)
     try:
-        frame = goal.frame if whole else solution.frame
         found = named.ik(named.goal_of(frame), solution.joints)
     except OutOfReach:
         return ()
     return tuple(branch for branch in found if _meets(goal, named.fk(branch.joints)))
-
-
-def _numbered(chain: Chain, goal: Goal, near: Sequence[float]) -> Iterator[NamedBranch]:
-    """Yield the solutions that the closed form of a link table gives, by number."""
-    closed = closed_form(chain)
-    for number, joints in enumerate(closed.branches(goal, near) if closed else (), 1):
-        state = condition(chain, joints)
-        lost = state.sentence if state.is_singular else ""
-        violations = chain.violations(joints)
-        yield NamedBranch(f"{number}", joints, degenerate=lost, violations=violations)
 
 
 def _meets(goal: Goal, frame: Transform) -> bool:

@@ -131,6 +131,16 @@ def test_ik_leaves_pitch_and_roll_free_where_they_are_not_given(call):
     assert "roll" not in found.json["met"]
 
 
+def test_ik_says_what_each_solution_loses(call, own):
+    on_the_axis = call("ik", "--model", "cylindrical", "--x", "0", "--y", "0", "--z", "100", code=0)
+    assert "reaching forward: the tip is on the base axis: the base is free" in on_the_axis.out
+    stretched = call("fk", "--model", own, "0", "-40", "0", "-60", "0", "--json", code=0).json
+    x, y, z = stretched["position_mm"]
+    place = ("--x", f"{x + 0.77e-6}", "--y", f"{y}", "--z", f"{z + 0.64e-6}")  # just beyond it
+    said = call("ik", "--model", own, *place, "--pitch", "10", "--roll", "0", code=0).out
+    assert "solution 1: singular: moving 0.41 shoulder" in said
+
+
 # One name, one model: whatever takes the name of a model takes the same joint values for it.
 
 
