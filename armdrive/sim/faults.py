@@ -249,12 +249,14 @@ RunFault: TypeAlias = Callable[[FaultBench, FaultRequest], Fault]
 
 
 def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Cut the power for a while."""
+    """Cut the power for a while; only the fault that has cut the power brings it back."""
     yield None
     was_on = bench.device.powered
     bench.device.set_power(False)
     yield None
-    bench.device.set_power(was_on)
+    # a device that was off stays off; another brown-out may have switched it on in the meantime
+    if was_on:
+        bench.device.set_power(True)
 
 
 def reset(bench: FaultBench, _: FaultRequest) -> Fault:

@@ -152,6 +152,12 @@ class TestOnTheArm:
         wired.pass_time(1.0)
         assert not wired.twin.device.powered
 
+    def test_after_two_brown_outs_of_which_one_began_in_the_other_the_power_is_on(self, wired):
+        wired.faults.add("brown-out")
+        wired.faults.add("brown-out", after_s=0.2)
+        wired.pass_time(1.0)
+        assert wired.twin.device.powered
+
     @pytest.mark.parametrize("motor", ["1", "base"])
     def test_lost_steps_are_counted_and_not_made(self, wired, motor):
         before = wired.twin.world.motors
