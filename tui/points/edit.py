@@ -12,7 +12,7 @@ from pathlib import Path
 from armdrive.errors import ArmError, BadRequest, PointsChanged
 from armdrive.motion.plan import audit_opening
 from armdrive.programs.language import ENDING
-from armdrive.programs.teaching.lines import TaughtLines
+from armdrive.programs.teaching.recording import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
 from armdrive.storage.points import Point, check_name
 from armdrive.text.reading import is_there, read_text

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.programs.teaching.lines import GRIPS
+from armdrive.programs.teaching.recording import GRIPS
 from armdrive.storage.points import NAME, Point
 from armdrive.text.numbers import number
 from tui.app import TypedText

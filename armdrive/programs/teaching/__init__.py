@@ -2,7 +2,7 @@
 
 Which file decides what:
 
-    lines        how a motion, the fingers and a delay are written as lines of a program
-    recording    when a place at rest becomes a line
+    recording    how a motion, the fingers and a delay are written as lines of a program; when a
+                 place at rest becomes a line
     rows         a program as rows for an arm's own memory, and back
 """

@@ -14,7 +14,7 @@ from armdrive.programs.problems import ProgramError
 from armdrive.programs.program import ArmProgram, Program
 from armdrive.programs.rehearsal import SeenArm, UnattendedPerson, rehearsing_arm
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.programs.teaching.lines import TaughtLines
+from armdrive.programs.teaching.recording import TaughtLines
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.storage.points import SAME_OPENING_MM, Point

@@ -11,8 +11,13 @@ from armdrive.programs.problems import ProgramError
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.rehearsal import UnattendedPerson
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.programs.teaching.lines import TaughtLines
-from armdrive.programs.teaching.recording import Choices, ProgramRecorder, SeenPosture, seen_in
+from armdrive.programs.teaching.recording import (
+    Choices,
+    ProgramRecorder,
+    SeenPosture,
+    TaughtLines,
+    seen_in,
+)
 from armdrive.status import status_view
 from kinematics import JOINT_NAMES, Joints, Pose
 
