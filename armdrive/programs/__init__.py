@@ -2,16 +2,16 @@
 
 What `armdrive run stack.arm` does, step by step:
 
-    program.read_program_file   reads the lines into a tree (language.grammar), checks it as a
-                                whole and compiles it to instructions (language.compiling)
-    ArmProgram.machine          looks up the arm's points; the `Machine` runs one instruction after
-                                the other until a line needs an act of the arm
-    rehearsal.rehearse          runs a machine on a simulated twin; a refusal ends here, before
-                                anything moves
-    running.ProgramRun          runs a new machine on the arm itself: it gives each act to the
-                                `Performer` and the answer back to the machine
-    onlookers of the run        `Journal` writes the state down before each act, `StepGate` waits
-                                for Enter, `Display` shows the line
+1. `program.read_program_file` reads the lines into a tree (language.grammar), checks it as a whole
+   and compiles it to instructions (language.compiling).
+2. `ArmProgram.machine` looks up the arm's points; the `Machine` runs one instruction after the
+   other until a line needs an act of the arm.
+3. `rehearsal.rehearse` runs a machine on a simulated twin; a refusal ends here, before anything
+   moves.
+4. `running.ProgramRun` runs a new machine on the arm itself: it gives each act to the `Performer`
+   and the answer back to the machine.
+5. Onlookers of the run: `Journal` writes the state down before each act, `StepGate` waits for
+   Enter, `Display` shows the line.
 
 A rehearsal is the same `ProgramRun` with another performer and another onlooker. A Python script
 has no machine: its calls of the arm are watched instead, see `scripts`.
