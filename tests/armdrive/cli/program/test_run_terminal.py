@@ -24,7 +24,7 @@ move at(250, 150, 120, -90)
 move at(250, -150, 120, -90)
 ready
 """
-FAST, SLOW = "40", "0.2"
+FAST, SLOW = "40", "0.05"
 
 
 class Program:
