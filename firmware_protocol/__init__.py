@@ -5,7 +5,7 @@ A driver gives a message to `Host.send`, which returns its bytes, and what the d
 input raises. Messages are checked when they are built.
 
 Each subpackage has the messages, with functions that encode and decode them, and the host's end.
-The device's end stands beside it if the firmware's reader is a machine of its own, as those of
+There is also a device's end if the firmware's reader is a machine of its own, as those of
 the Armdroid and of GRBL are; else a simulated device decodes messages itself. They share
 
     errors   which side made a mistake

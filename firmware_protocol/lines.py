@@ -1,6 +1,6 @@
 """Split a byte stream into lines, for every dialect that uses lines.
 
-Whoever feeds a splitter or a host fetches what it has found before feeding more, so neither limits
+The caller of a splitter or a host fetches what it has found before feeding more, so neither limits
 how much waits. Only the length of a line is limited, because its end may never come.
 """
 

@@ -1,6 +1,6 @@
 """The base of every app of the desk: how it handles keys, and the message that follows.
 
-The way of a key from the terminal to its deed:
+The way of a key from the terminal to its action:
 
 1. The driver's thread reads it (`lasting_driver` in terminal.py) and calls `AppInput.was_read`. A
    stop key stops the arm there, however busy the app is.

@@ -65,7 +65,7 @@ from kinematics.text import counted
 
 @dataclass(frozen=True, slots=True)
 class RehearsalOptions:
-    """What is said about a rehearsal beforehand.
+    """The options of a rehearsal.
 
     `inputs` are the known inputs, counted from 1. `width_mm` is the width of the objects that the
     fingers find if no block is known, None if they find none. With `settle` an unknown position is
@@ -78,7 +78,7 @@ class RehearsalOptions:
     traced: bool = False
 
 
-NOTHING_SAID = RehearsalOptions()
+DEFAULT_OPTIONS = RehearsalOptions()
 
 WORDS = {True: "on", False: "off"}
 
@@ -541,7 +541,7 @@ class _RehearsalWatch:
 
 
 def rehearse(
-    seen: SeenArm, plan: RunPlan, patience: Patience, said: RehearsalOptions = NOTHING_SAID
+    seen: SeenArm, plan: RunPlan, patience: Patience, options: RehearsalOptions = DEFAULT_OPTIONS
 ) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
@@ -549,17 +549,17 @@ def rehearse(
     """
     assumptions = Assumptions()
     # a program that references the arm first needs no assumed position
-    settles = said.settle and not _references_first(plan)
+    settles = options.settle and not _references_first(plan)
     with rehearsing_arm(seen, assumptions.note if settles else None) as twin:
         rehearser = Rehearser(
             twin,
             assumptions,
-            inputs=said.inputs,
-            things=Things(assumptions, said.width_mm, known=seen.world is not None),
+            inputs=options.inputs,
+            things=Things(assumptions, options.width_mm, known=seen.world is not None),
             outputs=plan.outputs,
         )
         path: list[Point] = []
-        if said.traced:
+        if options.traced:
             trace(twin, path)
         watch = _RehearsalWatch(rehearser, assumptions, patience)
         # a program that is resumed may begin in a later loop

@@ -16,7 +16,7 @@ from armdrive.errors import ArmInUse, BadRequest
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.progress import Took
 from armdrive.programs.rehearsal import (
-    NOTHING_SAID,
+    DEFAULT_OPTIONS,
     WORDS,
     Assumptions,
     Patience,
@@ -37,14 +37,14 @@ class _Stage:
     """Gives a script its twins, and records what it does with them."""
 
     def __init__(
-        self, seen: SeenArm, said: RehearsalOptions, script: Path, patience: Patience
+        self, seen: SeenArm, options: RehearsalOptions, script: Path, patience: Patience
     ) -> None:
         self.assumptions = Assumptions()
         self.path: list[Point] = []
         self.calls: list[tuple[SourceMark, str, float]] = []
         self.twins: list[Arm] = []
         self._seen = seen
-        self._said = said
+        self._options = options
         self._script = str(script)
         self._patience = patience
         self._things: dict[int, Things] = {}
@@ -77,9 +77,9 @@ class _Stage:
     def made(self, arm: Arm) -> None:
         """Give a twin its inputs."""
         self.twins.append(arm)
-        if self._said.traced:
+        if self._options.traced:
             trace(arm, self.path)
-        for number, on in self._said.inputs.items():
+        for number, on in self._options.inputs.items():
             if arm.twin is not None:
                 arm.twin.device.set_input(number - 1, on)
 
@@ -91,7 +91,7 @@ class _Stage:
         if call.grasps:
             self._things[id(arm)].before_grasp(arm)
         elif call.name == "io.read":
-            on = [str(number) for number, high in self._said.inputs.items() if high]
+            on = [str(number) for number, high in self._options.inputs.items() if high]
             self.assumptions.note(f"inputs are {WORDS[False]}, but for {', '.join(on) or 'none'}")
 
     @property
@@ -122,13 +122,13 @@ class _Stage:
             left = SeenArm.of(last)
             world = None if seen.world is None else left.world
             seen = replace(seen, position=left.position, last_seen=left.last_seen, world=world)
-        settle = self.assumptions.note if self._said.settle else None
+        settle = self.assumptions.note if self._options.settle else None
         made = self._last[name] = rehearsing_arm(seen, settle, _clock(options))
         self._things[id(made)] = self._found(known=seen.world is not None)
         return made
 
     def _found(self, *, known: bool) -> Things:
-        return Things(self.assumptions, self._said.width_mm, known=known)
+        return Things(self.assumptions, self._options.width_mm, known=known)
 
 
 def rehearse_script(
@@ -136,13 +136,13 @@ def rehearse_script(
     words: Sequence[str],
     seen: SeenArm,
     patience: Patience,
-    said: RehearsalOptions = NOTHING_SAID,
+    options: RehearsalOptions = DEFAULT_OPTIONS,
 ) -> Rehearsal:
     """Rehearse a script; an error that it raises is the refusal of the answer.
 
     `seen` is the arm that `Arm.connect()` without a target means.
     """
-    stage = _Stage(seen, said, script, patience)
+    stage = _Stage(seen, options, script, patience)
     connections = Connections(script, stage)
     refusal: Exception | None = None
     whole = True

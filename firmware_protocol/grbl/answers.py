@@ -116,7 +116,7 @@ class Feedback:
 
 @message(text=printable)
 class Remark:
-    """A whole line that nobody acts on: other lines in brackets, and echoes of start-up lines.
+    """A whole line that has no effect: other lines in brackets, and echoes of start-up lines.
 
     Examples are help (`[HLP:...]`), modes (`[GC:...]`), coordinates (`[G54:...]`), and `>G54:ok`.
     """

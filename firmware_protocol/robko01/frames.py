@@ -96,7 +96,7 @@ class FrameSplitter:
 
     After an invalid frame, the search goes on at its second byte, so that bad bytes never hide a
     good frame; it is found at the latest `FRAME_MAX` bytes after the bad ones, or at `silence`. Bad
-    bytes are reported in runs of at most 64. Whoever feeds bytes also fetches what they contain.
+    bytes are reported in runs of at most 64. The caller also fetches what the bytes contain.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:

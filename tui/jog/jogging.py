@@ -33,12 +33,13 @@ STOPPED = "the arm was stopped"
 NOT_ARMED = "jog keys move nothing before they are armed"
 
 IDLE_DISARMS_S = 60.0
-"""Jog keys disarm after this time without one: whoever armed them may have gone away."""
+"""Jog keys disarm after this time without one: the operator may have gone away."""
 
 MOUSE_HOLDS_S = 2.0
 """A hold ends this long after the last event of its mouse, also a small one.
 
-A hand on a mouse is hardly ever still for so long, and a link that has stalled reports no release.
+A hand on a mouse is hardly ever still for this long, and a link that has stalled reports no
+release.
 """
 
 MOUSE_RENEWS_S = 0.1

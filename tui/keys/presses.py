@@ -142,7 +142,7 @@ QUIET_S = 0.3
 """The pause after the last press: a key that is held repeats sooner."""
 
 ASKED_FOR_S = 10.0
-"""A first press that is older has been forgotten: whoever presses the key now asks for the first
+"""A first press that is older has been forgotten: pressing the key now asks for the first
 time."""
 
 STILL_HELD = "a key that is held is pressed once: let go, and press it again after a moment"

@@ -52,7 +52,7 @@ class TaughtProgram:
         after = before + "\n" * (not before.endswith("\n") and bool(before)) + added.text
         self._replace(path, before, after)
         self.path, self._undo = path, (before, after)
-        return f"{path.name}, line {len(after.splitlines())}: {_said(added.text)}"
+        return f"{path.name}, line {len(after.splitlines())}: {_in_one_line(added.text)}"
 
     def require_name(self) -> str:
         """Return the name of the program. Raises `BadRequest` where none was appended to yet."""
@@ -68,7 +68,7 @@ class TaughtProgram:
         before, after = self._undo
         self._replace(self.path, after, before)
         self._undo = None
-        return f"taken back from {self.path.name}: {_said(after.removeprefix(before))}"
+        return f"taken back from {self.path.name}: {_in_one_line(after.removeprefix(before))}"
 
     def _replace(self, path: Path, seen: str, text: str) -> None:
         try:
@@ -81,7 +81,7 @@ def _text_of(path: Path) -> str:
     return read_text(path, "the program", BadRequest) if is_there(path) else ""
 
 
-def _said(lines: str) -> str:
+def _in_one_line(lines: str) -> str:
     return " / ".join(lines.strip().splitlines())
 
 

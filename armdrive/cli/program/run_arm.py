@@ -25,7 +25,7 @@ from armdrive.storage.files import require_free
 def settle_for_run(arm: Arm, options: argparse.Namespace) -> None:
     """Settle whether the position can be trusted, and let a program ask the person at a terminal.
 
-    A check moves nothing, so it asks nobody about a real arm.
+    A check moves nothing, so it asks no question about a real arm.
     """
     if arm.simulated or not options.check:
         settle_trust(arm)

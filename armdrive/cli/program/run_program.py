@@ -101,7 +101,9 @@ class _RunningProgram:
         """Rehearse, carry out, and say how it ended."""
         plan = _plan(ArmProgram(self._program, self._arm.config), self._arm, self._options)
         patience = Patience(BEFORE_RUN_S, self._output.rehearsing)
-        rehearsal = rehearse(SeenArm.of(self._arm), plan, patience, _said(self._options))
+        rehearsal = rehearse(
+            SeenArm.of(self._arm), plan, patience, _rehearsal_options(self._options)
+        )
         self._output.wipe()
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
@@ -187,7 +189,7 @@ def check_program(options: argparse.Namespace, program: Program) -> int:
     source = ArmProgram(program, chosen_target(options).config)
     seen, plan, unasked = _seen(options, lambda arm: _plan(source, arm, options))
     with _patience(options) as patience:
-        rehearsal = rehearse(seen, plan, patience, _said(options))
+        rehearsal = rehearse(seen, plan, patience, _rehearsal_options(options))
     return report(rehearsal, options, program.lines, unasked)
 
 
@@ -196,7 +198,9 @@ def check_script(options: argparse.Namespace, lines: SourceLines) -> int:
     seen, _, unasked = _seen(options, lambda _: None)
     script = options.program
     with _patience(options) as patience, script_words(options):
-        rehearsal = rehearse_script(script, options.words, seen, patience, _said(options))
+        rehearsal = rehearse_script(
+            script, options.words, seen, patience, _rehearsal_options(options)
+        )
     if isinstance(rehearsal.refusal, ArmError | KinematicsError | None):
         return report(rehearsal, options, lines, unasked)
     put_error(own_traceback(rehearsal.refusal, script))
@@ -225,7 +229,7 @@ def _patience(options: argparse.Namespace) -> Iterator[Patience]:
     output.wipe()
 
 
-def _said(options: argparse.Namespace) -> RehearsalOptions:
+def _rehearsal_options(options: argparse.Namespace) -> RehearsalOptions:
     """Return what the options say about a rehearsal."""
     return RehearsalOptions(
         dict(options.input), options.assume_width, options.check, options.plot is not None

@@ -13,7 +13,7 @@ REPLY_TIMEOUT_S = 0.3
 """A question that is still open after this long counts as lost. The slowest reply observed on an
 overloaded computer took 0.18 s."""
 RECENT_REPLIES = 15
-"""The median of so many tells how long a drive takes to reply; a late one does not change it."""
+"""The median of this many tells how long a drive takes to reply; a late one does not change it."""
 USUAL_WAITS = 2.0
 """A reply that is later than this many times the median is missed: on a link that delays every
 message by a random time, the slowest takes twice as long as the mean."""

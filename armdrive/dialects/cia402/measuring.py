@@ -49,7 +49,7 @@ FAST_HZ = 20_000.0
 CRUISE, RISE = (0.2, 0.8), (0.06, 0.45)
 """The shares of a distance on which a motor keeps its speed, and on which it gains speed."""
 LEAST_READINGS = 4
-"""A slope is taken from at least so many readings: two would take a late one for a speed."""
+"""A slope needs at least this many readings: with two, a late one would count as a speed."""
 REST_S = 0.05
 """A motor at its goal that has not turned for this long stands: the next turn begins from rest."""
 NEAR = 0.05

@@ -1,9 +1,9 @@
 """The driver's knowledge of a GRBL board: its state, its position and its unanswered queries.
 
-`BoardState.learn` takes every message that the board sends, whoever waits for it. Two small state
-machines help: `Polls` remembers which queries have no report yet, and `Greeting` decides whether a
-banner or an alarm answers the driver's own reset or shows that the board has restarted, which costs
-the position.
+`BoardState.learn` takes every message that the board sends, whichever exchange waits for it. Two
+small state machines help: `Polls` remembers which queries have no report yet, and `Greeting`
+decides whether a banner or an alarm answers the driver's own reset or shows that the board has
+restarted, which costs the position.
 """
 
 from __future__ import annotations

@@ -242,7 +242,7 @@ class SegmentBuffer:
 # The speed of this arm's motors on the board, and how long a motion continues after a stop.
 
 LONGEST_LINE = 81
-"""Bytes on the wire before a stop is heard: a line of 79 characters, its end, and the stop byte."""
+"""Bytes on the wire before a stop arrives: a line of 79 characters, its end, and the stop byte."""
 RESEND_S = 0.04
 """If a stop, or the report that would show its effect, is lost, the stop is repeated after this."""
 CONFIRMED_S = 0.12

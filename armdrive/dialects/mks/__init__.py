@@ -5,7 +5,7 @@ Read in this order, after `dialects.bus`:
     controller   an arm's requests: which collaborator carries out each
     ledger       what one drive was sent and the replies that it owes: was it without power?
     polled       what its readings show after a stop, and after an outage
-    drive        what its messages show beside its position
+    drive        what its messages show apart from its position
     observer     the drives together: outages, drives that do not reply
     exchange     frames to the drives and their replies; every reply goes to the observer
     surplus      replies that no question explains: late ones, and those of a second drive

@@ -1,4 +1,4 @@
-"""One MKS drive: its last order, and what its messages show beside its position."""
+"""One MKS drive: its last order, and what its messages show apart from its position."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A drive that is asked for its position, and whose orders may come late or get lost.
 
-Beside what any reading shows (`bus.observer`), here is:
+In addition to what any reading shows (`bus.observer`):
 
     absence whether it had no power for a moment, by the replies that it owes (`ledger`)
     rest    where it can come to rest after a stop: between where its orders had it, its target and,
