@@ -188,13 +188,19 @@ def certain_goal(stage: Stage) -> dict[str, float] | None:
 
 
 def _reaches_switch(stage: Stage, motors: Motors) -> bool:
-    """Return whether a goal presses a limit switch of a drive, which may stop there by itself.
+    """Return whether a motor turns to its limit switch, where its drive may stop by itself.
 
-    Two drives that share joints can press one although each joint is within its limits.
+    Two drives that share joints can reach one although each joint is within its limits.
     """
     board = stage.twin.board
-    switches = [node.motor.switch for node in board.nodes] if isinstance(board, DrivesBoard) else []
-    return any((at - each.at) * each.way >= 0 for at, each in zip(motors, switches, strict=False))
+    if not isinstance(board, DrivesBoard):
+        return False
+    return any(
+        (goal - here) * switch.way > 0 and (goal - switch.at) * switch.way >= 0
+        for here, goal, switch in zip(
+            stage.world.motors, motors, (node.motor.switch for node in board.nodes), strict=True
+        )
+    )
 
 
 def _between(start: Joints, end: Joints, share: float) -> Joints:
