@@ -240,16 +240,16 @@ def duration(text: str) -> float:
 
 def count(text: str) -> int:
     """Return a whole number above 0."""
-    return whole(text, 1, "above 0")
+    return _whole_from(text, 1, "above 0")
 
 
 def loops(text: str) -> int:
     """Return a whole number, where 0 stands for no end."""
-    return whole(text, 0, "from 0 on")
+    return _whole_from(text, 0, "from 0 on")
 
 
-def whole(text: str, least: int, wanted: str) -> int:
-    """Return a whole number that is at least so large, which `wanted` says in words."""
+def _whole_from(text: str, least: int, wanted: str) -> int:
+    """Return a whole number of at least `least`; `wanted` is that bound in words."""
     plain = text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS
     if not plain or int(text) < least:
         raise BadRequest(f"{text!r} is not a whole number {wanted}")

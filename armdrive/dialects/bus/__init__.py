@@ -27,7 +27,7 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               CiA 402: has stood short of its target for 0.6 s               cia402.motion
               CiA 402: is read off its last target for 0.6 s                 cia402.leading
   restarted   out of reach twice, and its count can have run up from zero    observer
-              MKS: the same, but it was away (it owes replies) instead       mks.polled, ledger
+              MKS: the same, but it was away (it owes replies) instead       mks.drive, ledger
               CiA 402: its boot-up message came                              cia402.drives
               CiA 402: its settings are gone when it is contacted            cia402.contact
   elsewhere   out of reach twice, otherwise                                  observer

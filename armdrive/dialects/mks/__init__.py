@@ -4,8 +4,7 @@ Read in this order, after `dialects.bus`:
 
     controller   an arm's requests: which collaborator carries out each
     ledger       what one drive was sent and the replies that it owes: was it without power?
-    polled       what its readings show after a stop, and after an outage
-    drive        what its messages show apart from its position
+    drive        one drive: its orders, and what its readings and other messages show
     observer     the drives together: outages, drives that do not reply
     exchange     frames to the drives and their replies; every reply goes to the observer
     surplus      replies that no question explains: late ones, and those of a second drive

@@ -12,10 +12,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from armdrive.dialects.bus.intervals import CONFIRMING_LOOKS, DriveFinding
-from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.mks.drive import WEAK_LOOKS, MksDrive
 from armdrive.dialects.mks.observer import Verdict
 from armdrive.dialects.mks.paths import KEPT_S, SteeredPath
-from armdrive.dialects.mks.polled import WEAK_LOOKS
 
 APART_SHARE = 0.2
 """Drives are apart if no single time offset explains all positions within this share of what still

@@ -15,9 +15,8 @@ from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.bus.phases import Act, Braking, Phase, run_phases
 from armdrive.dialects.bus.questions import MUTE_POLLS
 from armdrive.dialects.exchange import Obstructed
-from armdrive.dialects.mks.drive import RUNNING, MksDrive
+from armdrive.dialects.mks.drive import APART_S, RUNNING, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
-from armdrive.dialects.mks.polled import APART_S
 from armdrive.tasks import Alert, AlertKind, Progress, RequestRejected, Timeout
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,
