@@ -24,7 +24,6 @@ from armdrive.connect.target import find, state_file
 from armdrive.errors import StateFileError
 from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
-from armdrive.status import State
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -72,16 +71,10 @@ def opened_arm(options: argparse.Namespace) -> Iterator[Arm]:
         yield arm
 
 
-def switch_on(arm: Arm) -> None:
-    """Switch an arm's motors on, unless this program has done so."""
-    if arm.status.state is State.DISABLED:
-        arm.enable()
-
-
-def switch_on_settled(arm: Arm) -> None:
-    """Switch an arm's motors on if it is settled where the arm stands; else leave them alone."""
+def enable_if_settled(arm: Arm) -> None:
+    """Enable an arm if it is settled where the arm stands; else leave its motors alone."""
     if arm.parts.core.position_known:
-        switch_on(arm)
+        arm.enable()
 
 
 def world_file(arm: str) -> Path:

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import opened_arm, switch_on_settled
+from armdrive.cli.chosen_arm import enable_if_settled, opened_arm
 from armdrive.cli.presenter import agreed, confirmation, say, say_lines, typed
 from armdrive.dialog import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded
@@ -80,7 +80,7 @@ def settled_arm(options: argparse.Namespace) -> Iterator[Arm]:
 def ready_arm(options: argparse.Namespace) -> Iterator[Arm]:
     """Open the arm, and switch its motors on if it is settled where it stands."""
     with settled_arm(options) as arm:
-        switch_on_settled(arm)
+        enable_if_settled(arm)
         yield arm
 
 

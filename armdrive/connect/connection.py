@@ -119,6 +119,8 @@ class ArmConnection:
         self.engine.link.close()
         self.core.memory.finish(CLOSING_S)
         self.core.tracer.close()
+        if trouble := self.core.tracer.files.take_trouble():  # no notice has shown it
+            getLogger(LOGGER).warning("armdrive: %s: %s", self.core.config.name, trouble)
         while self.closers:
             self.closers.pop(0)()
 

@@ -204,11 +204,11 @@ class Idling:
     def due(self, now_s: float) -> tuple[float, TaskBody[Any] | None]:
         """Return when to call again, and a task to run now, if any."""
         core = self._context.core
+        core.report_write_errors()
         if core.state is State.STOPPING:  # no task is running, so the arm is at rest
             core.settle()
         if core.state not in (State.STANDBY, State.HOMING):
             return math.inf, None
-        core.report_write_errors()
         if now_s >= core.memory.due_s(core.still_since_s):
             core.mark_still()
             core.still_since_s = now_s  # if writing fails, try again later

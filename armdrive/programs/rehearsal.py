@@ -54,7 +54,7 @@ from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
 from armdrive.sim.world.table import GripScene, Incident, TableBlock
-from armdrive.status import State, Trust
+from armdrive.status import Trust
 from armdrive.tasks import Difference
 from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
@@ -350,8 +350,7 @@ def rehearsing_arm(
     try:
         if seen.world is None:
             made.reset()  # a board that homes is locked when it has just been switched on
-        if made.status.state is State.DISABLED:
-            made.enable()
+        made.enable()
         if there is not None:
             made.reference.declare(there.joints, opening_mm=there.opening_mm)
         made.speed_override = seen.speed_override

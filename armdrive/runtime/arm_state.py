@@ -299,9 +299,11 @@ class Core:
         self.report_write_errors()
 
     def report_write_errors(self) -> None:
-        """Show in a notice why the latest write failed, if it did."""
+        """Show in a notice why the position or a recording could not be written, if so."""
         if trouble := self.memory.trouble():
             self.report(trouble, StateFileError.code)
+        if trouble := self.tracer.files.take_trouble():
+            self.report(trouble, "")
 
     def record(self, in_motion: bool) -> Record:
         """Return the record of this moment."""

@@ -49,7 +49,7 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
         "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
     ):
         return Signs(unclear=tuple(motor.name for motor in check.transmission.motors))
-    _switch_on(arm)
+    arm.enable()
     while (trial := check.trial) is not None:
         _try(dialog, arm, check, trial)
     return check.signs()
@@ -91,15 +91,9 @@ def _turn(arm: Arm, check: DirectionCheck) -> None:
         if check.away or arm.config.homing is None:
             raise
         arm.reset()
-        _switch_on(arm)
+        arm.enable()
         arm.move_motors(*steps, speed=TRIAL_SPEED)
     check.turned()
-
-
-def _switch_on(arm: Arm) -> None:
-    """Switch the motors on if they are off. Moves nothing."""
-    if arm.status.state is State.DISABLED:
-        arm.enable()
 
 
 # Limit switches: the user presses each by hand while the arm stands.

@@ -131,7 +131,7 @@ LONGEST_TEXT = 400  # characters kept of an argument list or an error
 class RecordingWriter:
     """Writes recordings in threads of their own, so that a slow disk delays no motion.
 
-    `trouble` is the reason of the last failure.
+    `trouble` is the reason of the last failure, until `take_trouble` has returned it.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -178,6 +178,11 @@ class RecordingWriter:
             write(None)
         except StateFileError as error:
             self.trouble = str(error)
+
+    def take_trouble(self) -> str:
+        """Return why the last recording could not be written, once; otherwise an empty string."""
+        trouble, self.trouble = self.trouble, ""
+        return f"the flight recorder could not write a recording: {trouble}" if trouble else ""
 
     def finish(self) -> None:
         """Wait until every recording is on the disk, at most `WRITE_TIMEOUT_S` for each."""

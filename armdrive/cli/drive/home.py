@@ -10,7 +10,7 @@ from armdrive.arm import Arm
 from armdrive.arm.reference import homes_by_switches
 from armdrive.blocking import run_blocking
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import opened_arm, switch_on
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.options import named_number
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
 from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
@@ -53,19 +53,19 @@ def _reference(
     arm: Arm, options: argparse.Namespace, declared: tuple[Joints | Pose, float] | None
 ) -> None:
     if options.confirm:
-        switch_on(arm)
+        arm.enable()
         arm.reference.confirm_restored()
     elif options.yes:
-        switch_on(arm)
+        arm.enable()
         arm.reference.confirm()
     elif declared is not None:
         posture, opening_mm = declared
-        switch_on(arm)
+        arm.enable()
         arm.reference.declare(posture, opening_mm=opening_mm)
     elif arm.reference.homes_by_switches:
         _by_switches(arm, options)
     elif arm.simulated and not options.guide:
-        switch_on(arm)
+        arm.enable()
         arm.home()
     elif as_json(options):
         arm.home()  # refuses: a person has to look
@@ -102,7 +102,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     sure = options.switches or arm.simulated
     if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")
-    switch_on(arm)
+    arm.enable()
     with reporter(options) as report:
         arm.home(report=lambda group: report(f"homed: {' and '.join(group)}"))
 

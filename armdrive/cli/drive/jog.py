@@ -8,7 +8,7 @@ from pathlib import Path
 
 import tui
 from armdrive.cli.arm_files import chosen_target, default_arm
-from armdrive.cli.chosen_arm import connect_chosen, switch_on_settled
+from armdrive.cli.chosen_arm import connect_chosen, enable_if_settled
 from armdrive.cli.holders import held_name
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
@@ -64,7 +64,7 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
         return tui.DeskEnd(_watch_instead(error, options))
     with contextlib.closing(arm):
         confirm_simulated(arm)
-        switch_on_settled(arm)
+        enable_if_settled(arm)
         end = tui.run_desk(
             arm,
             ascii_only=options.ascii,

@@ -9,7 +9,7 @@ import argparse
 import sys
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import opened_arm, switch_on
+from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.presenter import Result, agreed, tell
 from armdrive.cli.terminal_operator import settle_trust
 from armdrive.errors import NotReferenced, OperatorNeeded
@@ -66,5 +66,5 @@ def _park(arm: Arm, options: argparse.Namespace) -> None:
         arm.parts.core.require_reference()
     except NotReferenced as refusal:
         raise NotReferenced(f"{refusal}; or support the arm and give --no-park") from None
-    switch_on(arm)
+    arm.enable()
     tell(options, f"parked: {arm.park()}")

@@ -12,7 +12,6 @@ from typing import TypeVar
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.chosen_arm import switch_on
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
 from armdrive.cli.program.run_arm import connect_to_run, keep_recording, stands_at
@@ -110,7 +109,7 @@ class _RunningProgram:
         except BaseException as error:
             self._output.place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
             raise
-        switch_on(self._arm)
+        self._arm.enable()
         with Display(self._output, self._program.lines).shown() as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)

@@ -16,7 +16,7 @@ from types import FrameType, ModuleType, TracebackType
 from typing import NoReturn, Self
 
 from armdrive.arm import Arm
-from armdrive.cli.chosen_arm import switch_on_settled
+from armdrive.cli.chosen_arm import enable_if_settled
 from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put
 from armdrive.cli.program.run_arm import connect_to_run
 from armdrive.cli.program.run_output import Display, RunOutput
@@ -272,7 +272,7 @@ def _settle(arm: Arm, options: argparse.Namespace) -> None:
             raise
     if at_terminal and not arm.simulated:
         arm.operator = ask_at_prompt
-    switch_on_settled(arm)
+    enable_if_settled(arm)
 
 
 def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:

@@ -167,11 +167,24 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     (tmp_path / "blocked").write_text("a file")
     arm = recorded_arm(folder=tmp_path / "blocked")
     arm.estop()
-    arm.parts.tracer.close()
-    assert "cannot be written" in arm.parts.tracer.files.trouble
+    arm.parts.tracer.files.finish()
+    arm.sleep(1.0)
+    assert "could not write a recording: " in arm.status.notice
+    assert "cannot be written" in arm.status.notice
+    arm.reset()
+    arm.sleep(1.0)
+    assert arm.status.notice == ""  # told once
     with pytest.raises(StateFileError, match="cannot be written"):
         arm.recorder.save()
     arm.close()
+
+
+def test_a_failed_recording_that_no_notice_has_shown_is_a_line_of_the_log(tmp_path, capsys):
+    (tmp_path / "blocked").write_text("a file")
+    arm = recorded_arm(folder=tmp_path / "blocked")
+    lose_the_wire(arm)
+    arm.close()
+    assert "could not write a recording: " in capsys.readouterr().err
 
 
 def test_a_system_without_free_threads_does_not_disturb_the_arm(tmp_path, monkeypatch):
@@ -186,7 +199,7 @@ def test_a_system_without_free_threads_does_not_disturb_the_arm(tmp_path, monkey
         arm.estop()
         arm.sleep(1.0)
         assert arm.status.state is State.ERROR_STOP
-        assert "can't start new thread" in arm.parts.tracer.files.trouble
+        assert "can't start new thread" in arm.status.notice
         arm.close()
     assert written(tmp_path / "failed") == []
 
