@@ -1,9 +1,8 @@
-"""The lock on an arm and its control socket, which serves many callers and never delays a stop.
+"""The lock on an arm, and the control socket on which its holder answers other programs.
 
-One thread accepts connections; another reads all requests that are still incomplete. A silent
-caller takes one of a fixed number of places, but no thread, and loses its place after a timeout or
-when newer callers need it. The reading thread carries out a stop itself. Every other request is
-answered in its own thread, because a status waits for the engine and a recording for the disk.
+One thread accepts callers, and each caller has a thread that reads its request and answers it. How
+many answers of each kind are given at a time is limited, except for a stop: so neither slow
+answers nor watchers keep one waiting.
 
 A request is one JSON object in UTF-8, and so is each answer. The `Answerer` passed to the server
 gives them their meaning.
@@ -15,18 +14,15 @@ import contextlib
 import json
 import os
 import shutil
+import socket
 import stat
-import struct
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable, Collection, Generator, Iterator
 from enum import Enum
-from multiprocessing.connection import Connection, Listener, Pipe, wait
+from multiprocessing.connection import Connection, Listener
 from pathlib import Path
-from queue import Empty, Queue
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmInUse, StateFileError
@@ -42,6 +38,7 @@ from armdrive.storage.lock_client import (
     names_of,
     notice_of,
     notice_path,
+    timeval,
     try_lock,
 )
 from armdrive.text.reading import PRIVATE
@@ -52,33 +49,24 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 
 MOST_REQUEST_BYTES = 4096  # ten times the longest request
-MOST_INCOMPLETE = 32  # callers with an unfinished request; a real caller sends it on connecting
-MOST_ANSWERED = 8  # requests answered at a time, each in a thread; watchers have their own limit
-MOST_WATCHERS = 16  # programs that watch, follow or tap an arm at a time, each in a thread
+MOST_CALLERS = 64  # at a time, each in a thread; more than the answers below take together
+MOST_ANSWERED = (
+    8  # single answers at a time: a status waits for the engine, a recording for the disk
+)
+MOST_WATCHERS = 16  # programs that watch, follow or tap an arm at a time
 RETRY_S = 0.1  # pause after a failed accept, for instance when the system has no file handle left
-
-_LENGTH = struct.Struct("!i")  # the length in bytes, which precedes each message on a local socket
 
 
 class Answering(Enum):
-    """Where a request is answered, which depends on how long the answer takes."""
+    """How a request is answered; the value says that no more such answers can be given now."""
 
-    AT_ONCE = "in the thread that reads all callers"
-    IN_TURN = "with one object, in a thread"
-    WATCHING = "with a stream of objects until either side ends, in a thread"
+    AT_ONCE = ""
+    IN_TURN = f"{MOST_ANSWERED} requests are being answered already"
+    WATCHING = f"{MOST_WATCHERS} programs watch this arm already"
 
 
 Answerer = Callable[[Json], tuple[Answering, Iterator[Json]]]
 """Returns how to answer a request, and the answers. Called from several threads at once."""
-
-
-@dataclass(slots=True, eq=False)
-class _Caller:
-    """A caller with an incomplete request; it times out at `until_s`."""
-
-    connection: Connection[Any, Any]
-    until_s: float
-    received: bytearray = field(default_factory=bytearray)
 
 
 class ControlServer:
@@ -89,24 +77,20 @@ class ControlServer:
         self._listener = listener
         self._answerer = answerer
         self._ended = threading.Event()
-        self._accepted: Queue[Connection[Any, Any]] = Queue(MOST_INCOMPLETE)
-        self._woken, self._wake = Pipe(duplex=False)
-        self._callers: dict[Connection[Any, Any], _Caller] = {}
-        self._answering = threading.BoundedSemaphore(MOST_ANSWERED)
-        self._watching = threading.BoundedSemaphore(MOST_WATCHERS)
+        self._callers = threading.BoundedSemaphore(MOST_CALLERS)
+        self._answers = {
+            Answering.AT_ONCE: threading.BoundedSemaphore(MOST_CALLERS),  # no limit of its own
+            Answering.IN_TURN: threading.BoundedSemaphore(MOST_ANSWERED),
+            Answering.WATCHING: threading.BoundedSemaphore(MOST_WATCHERS),
+        }
 
     def start(self) -> None:
         """Start answering callers."""
-        for name, work in (("armdrive-socket", self._accept), ("armdrive-requests", self._read)):
-            threading.Thread(target=work, name=name, daemon=True).start()
+        threading.Thread(target=self._accept, name="armdrive-socket", daemon=True).start()
 
     def close(self) -> None:
-        """Stop accepting and reading. Connect once afterwards to wake the blocked `accept`."""
+        """Accept nobody else. Connect once afterwards to wake the blocked `accept`."""
         self._ended.set()
-        with contextlib.suppress(OSError):
-            self._wake.send_bytes(b"")
-
-    # -- accepting ------------------------------------------------------------------------------
 
     def _accept(self) -> None:
         while not self._ended.is_set():
@@ -117,122 +101,72 @@ class ControlServer:
                 continue
             if self._ended.is_set() or not _may_call(connection):
                 connection.close()
-                continue
-            self._accepted.put(connection)  # blocks while the reading thread is behind
-            with contextlib.suppress(OSError):
-                self._wake.send_bytes(b"")
+            elif not self._callers.acquire(blocking=False):
+                _turn_away(connection)
+            else:
+                self._start_answering(connection)
 
-    # -- reading --------------------------------------------------------------------------------
-
-    def _read(self) -> None:
-        while not self._ended.is_set():
-            for ready in wait([self._woken, *self._callers], self._patience_s()):
-                if ready is self._woken:
-                    self._woken.recv_bytes()
-                elif (caller := self._callers.get(ready)) is not None:  # type: ignore[call-overload]
-                    self._hear(caller)
-            # Requests are read before callers are dropped, so that none is dropped whose request
-            # has arrived meanwhile.
-            self._drop_silent()
-            self._admit()
-        for caller in self._callers.values():
-            caller.connection.close()
-        with contextlib.suppress(Empty):
-            while True:
-                self._accepted.get_nowait().close()
-
-    def _patience_s(self) -> float | None:
-        """Return the time until the next caller times out; None without callers."""
-        if not self._callers:
-            return None
-        first_s = min(caller.until_s for caller in self._callers.values())
-        return max(first_s - monotonic(), 0.0)
-
-    def _admit(self) -> None:
-        """Admit newly accepted callers, and drop those that have been silent the longest."""
-        for _ in range(MOST_INCOMPLETE):  # a limit, so that a flood cannot starve the others
-            try:
-                connection = self._accepted.get_nowait()
-            except Empty:
-                return
-            self._callers[connection] = _Caller(connection, monotonic() + PATIENCE_S)
-            while len(self._callers) > MOST_INCOMPLETE:
-                self._make_room(next(iter(self._callers.values())))
-
-    def _make_room(self, oldest: _Caller) -> None:
-        """Drop a caller, unless the rest of its request has just arrived."""
-        if _has_spoken(oldest):
-            self._hear(oldest)
-        if oldest.connection in self._callers:
-            self._refuse(oldest, f"{MOST_INCOMPLETE} newer callers arrived: call again", again=True)
-
-    def _drop_silent(self) -> None:
-        now_s = monotonic()
-        for caller in [each for each in self._callers.values() if each.until_s <= now_s]:
-            self._refuse(caller, f"no complete request arrived within {PATIENCE_S:g} s")
-
-    def _hear(self, caller: _Caller) -> None:
-        """Read what has arrived, and answer the request once it is complete."""
+    def _start_answering(self, connection: Connection[Any, Any]) -> None:
+        work = threading.Thread(
+            target=self._answer, args=(connection,), name="armdrive-answer", daemon=True
+        )
         try:
-            request = _received(caller)
-        except ValueError as error:
-            self._refuse(caller, str(error))
-        except (OSError, EOFError):
-            self._forget(caller)
-            caller.connection.close()
-        else:
-            if request is not None:
-                self._forget(caller)
-                self._answer(caller.connection, request)
+            work.start()
+        except RuntimeError:  # the system is out of threads: this one can still pass on a stop
+            self._answer(connection, (Answering.AT_ONCE,))
 
-    def _refuse(self, caller: _Caller, why: str, *, again: bool = False) -> None:
-        self._forget(caller)
-        _hang_up(caller.connection, why, again=again)
-
-    def _forget(self, caller: _Caller) -> None:
-        self._callers.pop(caller.connection, None)
-
-    # -- answering ------------------------------------------------------------------------------
-
-    def _answer(self, connection: Connection[Any, Any], request: bytes) -> None:
-        """Answer a complete request: a stop on this thread, anything else on a new one."""
+    def _answer(
+        self, connection: Connection[Any, Any], ways: Collection[Answering] = tuple(Answering)
+    ) -> None:
+        """Read one request, and answer it if it may be answered in one of these ways."""
         try:
-            message = _parsed(request)
-        except ValueError as error:
-            _hang_up(connection, str(error))
-            return
-        way, answers = self._answerer(message)
-        if way is Answering.AT_ONCE:
-            self._reply(connection, answers)
-            return
-        if way is Answering.WATCHING:
-            slots, full = self._watching, f"{MOST_WATCHERS} programs watch this arm already"
-        else:
-            slots, full = self._answering, f"{MOST_ANSWERED} requests are being answered already"
-        if not slots.acquire(blocking=False):
-            _hang_up(connection, f"{full}: try again later")
-            return
+            with (
+                connection,
+                contextlib.suppress(OSError, EOFError),  # the caller has hung up
+                contextlib.closing(self._answers_to(connection, ways)) as answers,
+            ):
+                for answer in answers:
+                    connection.send_bytes(json.dumps(answer).encode())
+        finally:
+            self._callers.release()
 
-        def reply() -> None:
+    def _answers_to(
+        self, connection: Connection[Any, Any], ways: Collection[Answering]
+    ) -> Generator[Json, None, None]:
+        try:
+            request = _request(connection)
+        except ValueError as error:
+            yield {"error": str(error)}
+            return
+        way, answers = self._answerer(request)
+        if way not in ways:
+            yield {"error": "the program that holds the arm cannot start another thread"}
+        elif not self._answers[way].acquire(blocking=False):
+            yield {"error": f"{way.value}: try again later"}
+        else:
             try:
-                self._reply(connection, answers)
+                yield from answers
             finally:
-                slots.release()
-
-        try:
-            threading.Thread(target=reply, name="armdrive-answer", daemon=True).start()
-        except RuntimeError:  # the system is out of threads
-            slots.release()
-            _hang_up(connection, "the program that holds the arm cannot start another thread")
-
-    def _reply(self, connection: Connection[Any, Any], answers: Iterator[Json]) -> None:
-        with connection, contextlib.suppress(OSError, EOFError):
-            for answer in answers:
-                connection.send_bytes(json.dumps(answer).encode())
+                self._answers[way].release()
 
 
-def _parsed(data: bytes) -> Json:
-    """Return a request's JSON object. Raises `ValueError` for anything else."""
+def _request(connection: Connection[Any, Any]) -> Json:
+    """Return a caller's request.
+
+    Raises `ValueError` for none within `PATIENCE_S`, or one that cannot be read; `OSError` and
+    `EOFError` if the caller has hung up.
+    """
+    _limit_reading(connection)
+    try:
+        data = connection.recv_bytes(MOST_REQUEST_BYTES) if connection.poll(PATIENCE_S) else None
+    except BlockingIOError:  # the rest of a message has not come
+        data = None
+    except ConnectionError:
+        raise
+    except OSError:  # what `multiprocessing` raises for a message that is longer
+        raise ValueError(f"a request has at most {MOST_REQUEST_BYTES} bytes") from None
+    if data is None:
+        raise ValueError(f"no complete request arrived within {PATIENCE_S:g} s")
     try:
         message = json.loads(data.decode("utf-8"))
     except (ValueError, RecursionError):
@@ -242,6 +176,16 @@ def _parsed(data: bytes) -> Json:
     raise ValueError('a request is a JSON object in UTF-8, like {"request": "status"}')
 
 
+def _limit_reading(connection: Connection[Any, Any]) -> None:
+    """Let no read wait longer than `PATIENCE_S` for the rest of a request.
+
+    On Windows none does: its pipes keep messages whole.
+    """
+    if os.name == "posix":
+        with socket.socket(fileno=os.dup(connection.fileno())) as end:
+            end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, timeval(PATIENCE_S))
+
+
 def _may_call(connection: Connection[Any, Any]) -> bool:
     try:
         return is_ours(connection.fileno())
@@ -249,42 +193,11 @@ def _may_call(connection: Connection[Any, Any]) -> bool:
         return False
 
 
-def _has_spoken(caller: _Caller) -> bool:
-    try:
-        return caller.connection.poll()
-    except (OSError, EOFError):  # the caller has hung up
-        return False
-
-
-def _hang_up(connection: Connection[Any, Any], why: str, *, again: bool = False) -> None:
-    """Send a caller the reason, and close the connection. So short a message never blocks.
-
-    `again` means that sending the same request again may succeed at once.
-    """
-    answer = {"error": why, **({AGAIN: True} if again else {})}
+def _turn_away(connection: Connection[Any, Any]) -> None:
+    """Tell a caller to call again, and close the connection. So short a message never blocks."""
+    answer = {"error": f"{MOST_CALLERS} programs call already", AGAIN: True}
     with connection, contextlib.suppress(OSError):
         connection.send_bytes(json.dumps(answer).encode())
-
-
-def _received(caller: _Caller) -> bytes | None:
-    """Read without waiting; return the request once it is complete.
-
-    Raises `EOFError`, `OSError`, or `ValueError` for a request that is too long.
-    """
-    if os.name != "posix":
-        return caller.connection.recv_bytes(MOST_REQUEST_BYTES)  # a pipe keeps messages whole
-    most = _LENGTH.size + MOST_REQUEST_BYTES
-    more = os.read(caller.connection.fileno(), most - len(caller.received))
-    if not more:
-        raise EOFError
-    caller.received += more
-    if len(caller.received) < _LENGTH.size:
-        return None
-    (length,) = _LENGTH.unpack_from(caller.received)
-    if not 0 <= length <= MOST_REQUEST_BYTES:
-        raise ValueError(f"a request has at most {MOST_REQUEST_BYTES} bytes")
-    whole = _LENGTH.size + length
-    return bytes(caller.received[_LENGTH.size : whole]) if len(caller.received) >= whole else None
 
 
 # Only one program at a time holds an arm. Next to its lock is a local socket for the same user.

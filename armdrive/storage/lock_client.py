@@ -12,6 +12,7 @@ import json
 import os
 import socket
 import struct
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -141,7 +142,7 @@ def called(address: str) -> Connection[Any, Any]:
         return Client(address)
     with socket.socket(socket.AF_UNIX) as end:
         # a suspended program accepts no connection; without a timeout its callers would hang
-        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _timeval(PATIENCE_S))
+        end.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeval(PATIENCE_S))
         end.connect(address)
         return Connection(end.detach())
 
@@ -151,12 +152,14 @@ def knock(address: str) -> None:
     called(address).close()
 
 
-def _timeval(time_s: float) -> bytes:
+def timeval(time_s: float) -> bytes:
+    """Return a duration as options of a socket hold it."""
     whole_s = int(time_s)
     return struct.pack("@ll", whole_s, int((time_s - whole_s) * 1e6))
 
 
-CALLS = 5  # attempts at a request while other callers crowd it out
+CALLS = 60  # attempts at a request while other callers crowd it out
+CALL_AGAIN_S = 0.05  # between attempts; all take longer than `PATIENCE_S`, when silent callers go
 
 
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
@@ -166,10 +169,12 @@ def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
     """
     for _ in range(CALLS):
         with _called(name) as connection:
-            connection.send_bytes(json.dumps({"request": request, **words}).encode())
+            with contextlib.suppress(BrokenPipeError):  # hung up on: the answer says why
+                connection.send_bytes(json.dumps({"request": request, **words}).encode())
             answer = _heard(name, connection)
         if not answer.get(AGAIN):
             break
+        time.sleep(CALL_AGAIN_S)
     return answer
 
 
