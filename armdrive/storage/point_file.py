@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.errors.arguments import BASIC, Rule, checked_calls, known_attributes, made_of
@@ -19,7 +18,6 @@ from armdrive.storage.files import (
     NotWanted,
     StateFiles,
     followed,
-    kept_aside,
     replace_durably,
     stamp_of,
 )
@@ -34,10 +32,8 @@ from kinematics.errors import suggestion
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints, Pose
 
-# Writes a file of points that a person can read, compare and edit.
-#
-# A change rewrites only the tables of the points that changed, and leaves every other line alone,
-# comments included.
+LARGEST_BYTES = 4_000_000  # a larger file cannot be a file of points
+TRIES = 5  # attempts at a change while other programs change the file
 
 DECIMALS = 4  # of a degree: the tip of a table-top arm moves by less than 0.001 mm
 HEADER_WIDTH = 24  # column of the comment with the pose, after a point's header
@@ -48,12 +44,10 @@ HEADING = """\
 {key} = {format}
 """
 
-_HEADER = r"\s*\[[^\[\]]+\]\s*(#.*)?"
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointWriter:
-    """Writes the tables of one arm's file; `fk` gives the pose for the comment at each point."""
+    """Writes the file of one arm's points; `fk` gives the pose for the comment at each point."""
 
     arm: str
     fk: Callable[[Joints], Pose]
@@ -63,33 +57,43 @@ class PointWriter:
         heading = HEADING.format(arm=self.arm, key=FORMAT_KEY, format=FORMAT)
         return "\n".join([heading, *self._tables(points).values()])
 
-    def edited(
-        self, text: str, before: Mapping[str, Point], after: Mapping[str, Point]
-    ) -> str | None:
-        """Return the text with the changed tables rewritten; None if its layout prevents that.
+    def edited(self, text: str, before: Mapping[str, Point], after: Mapping[str, Point]) -> str:
+        """Return the text with the tables of changed points rewritten, and all else as it stands.
 
-        A table keeps its place and the comment lines above it. New tables are appended.
+        A table keeps its place; new ones are appended. Raises `PointsFileError` for a text that
+        cannot be edited so.
         """
         if not text.strip():
             return self.document(after)
+        import tomlkit  # takes 40 ms to load, and few programs change a point
+        from tomlkit.exceptions import TOMLKitError
+
         old, new = self._tables(before), self._tables(after)
-        found = []
-        for place, lines in _blocks(text):
-            if place in old and place not in new:
-                continue
-            if place in old and old[place] != new[place]:
-                lines = f"{_above(lines)}{new[place]}{_below(lines)}"
-            found.append(lines)
-        made = "".join(found)
-        for place, table in new.items():
-            if place not in old:
-                made = f"{made.rstrip()}\n\n{table}"
-        return made if _same(made, after) else None
+        if old == new:
+            return text
+        try:
+            found = tomlkit.parse(text)
+            for name, table in old.items():
+                points: Any = found[POINTS]
+                if name not in new:
+                    points.remove(name)
+                elif new[name] != table:
+                    points[name] = tomlkit.parse(new[name])[POINTS][name]
+            added = [table.rstrip() for name, table in new.items() if name not in old]
+            made = "\n\n".join([found.as_string().rstrip(), *added]) + "\n"
+            if _same(made, after):
+                return made
+        except (TOMLKitError, PointsFileError, LookupError, ValueError, AttributeError, TypeError):
+            pass
+        raise PointsFileError(
+            "it is laid out in a way that cannot be edited here: write each point as a table of "
+            f"its own, like [{POINTS}.pick]"
+        )
 
-    def _tables(self, points: Mapping[str, Point]) -> dict[tuple[str, ...], str]:
-        return {(POINTS, name): self._point(name, each) for name, each in points.items()}
+    def _tables(self, points: Mapping[str, Point]) -> dict[str, str]:
+        return {name: self._table(name, each) for name, each in points.items()}
 
-    def _point(self, name: str, point: Point) -> str:
+    def _table(self, name: str, point: Point) -> str:
         angles = {joint: round(angle, DECIMALS) + 0.0 for joint, angle in point.joints.deg.items()}
         header = f"[{POINTS}.{key(name)}]"
         tip = f"# the tip then: {self.fk(point.joints)}"
@@ -117,73 +121,10 @@ def _rounded(point: Point) -> Point:
     return Point(Joints(tuple(turned), point.joints.names), opening, point.note, taught)
 
 
-def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Yield the blocks of a text: the names in a table's header, and the table's text.
-
-    A block begins with the comments above its header. The text before the first table is a block
-    without names.
-    """
-    place: tuple[str, ...] = ()
-    block: list[str] = []
-    for line in _toml_lines(text):
-        named = _named(line)
-        if named is not None:
-            above = _comments_at_end(block)
-            yield place, "".join(block[: len(block) - above])
-            place, block = named, block[len(block) - above :]
-        block.append(line if line.endswith("\n") else f"{line}\n")
-    yield place, "".join(block)
-
-
-def _toml_lines(text: str) -> list[str]:
-    """Return the lines with their ends. Only a newline ends one: notes may contain other breaks."""
-    return re.findall(r"[^\n]*\n|[^\n]+", text)
-
-
-def _named(line: str) -> tuple[str, ...] | None:
-    """Return the names in a table's header; None for any other line."""
-    if not re.fullmatch(_HEADER, line.rstrip("\r\n")):
-        return None
-    try:
-        table = tomllib.loads(line)
-    except tomllib.TOMLDecodeError:
-        return None
-    names = []
-    while table:
-        ((name, table),) = table.items()
-        names.append(name)
-    return tuple(names)
-
-
-def _comments_at_end(block: list[str]) -> int:
-    count = 0
-    while count < len(block) and block[-1 - count].lstrip().startswith("#"):
-        count += 1
-    return count
-
-
-def _above(block: str) -> str:
-    """Return the comment lines above the header in a block."""
-    lines = _toml_lines(block)
-    return "".join(lines[: next(i for i, line in enumerate(lines) if _named(line) is not None)])
-
-
-def _below(block: str) -> str:
-    """Return the empty lines at the end of a block."""
-    return "\n" * (len(block) - len(block.rstrip("\n")) - 1)
-
-
 def _same(text: str, wanted: Mapping[str, Point]) -> bool:
     """Return whether a text parses to the wanted points."""
     names = next((point.joints.names for point in wanted.values()), ())
-    try:
-        return rounded(parse_points(text, names)) == rounded(wanted)
-    except PointsFileError:
-        return False
-
-
-LARGEST_BYTES = 4_000_000  # a larger file cannot be a file of points
-TRIES = 5  # attempts at a change while other programs change the file
+    return rounded(parse_points(text, names)) == rounded(wanted)
 
 
 # The named points of one arm as a mapping, for programs.
@@ -277,20 +218,14 @@ class Points(MutableMapping[str, Point]):
 
     def _write(self, data: bytes, before: dict[str, Point], after: dict[str, Point]) -> None:
         # `data` is what the change is based on; `wanted` sees whether it is still in the file.
-        text = self._writer.edited(data.decode("utf-8"), before, after)
-        path = followed(self.path)
-        aside = None
-        if text is None:  # a layout that we cannot edit: keep the old file and write a new one
-            text, aside = self._writer.document(after), kept_aside(path)
+        try:
+            text = self._writer.edited(data.decode("utf-8"), before, after)
+        except PointsFileError as error:
+            raise PointsFileError(f"{self.path}: {error}") from None
         written = text.encode("utf-8")
         self._require_readable(written)
-        replace_durably(
-            self._files,
-            path,
-            written,
-            aside=aside,
-            wanted=lambda: self._bytes() == data,
-        )
+        path = followed(self.path)
+        replace_durably(self._files, path, written, wanted=lambda: self._bytes() == data)
 
     def _require_readable(self, data: bytes) -> None:
         """Raise `BadRequest` for a file that could not be read again: it would lose every point."""

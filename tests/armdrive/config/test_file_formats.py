@@ -330,14 +330,14 @@ def test_a_new_points_file_states_its_format_first():
     assert list(book) == ["b"]
 
 
-def test_points_in_another_layout_get_the_format_when_rewritten():
+def test_points_in_a_layout_that_cannot_be_edited_are_refused_and_stay():
     book = points_at(places.points_file("bench"), HERE)
     joints = "base = 0, shoulder = 40, elbow = -80, wrist_pitch = -40, wrist_roll = 0"
     old = f"points = {{ a = {{ joints_deg = {{ {joints} }} }} }}\n"
     book.path.write_text(old, encoding="utf-8")
-    book.teach("b")
-    assert first_key(book.path.read_text(encoding="utf-8")) == "format"
-    assert book.path.with_name(book.path.name + ".before").read_text(encoding="utf-8") == old
+    with pytest.raises(PointsFileError, match=r"like \[points.pick\]"):
+        book.teach("b")
+    assert book.path.read_text(encoding="utf-8") == old
 
 
 # -- what armdrive keeps for itself -----------------------------------------------------------
