@@ -66,7 +66,6 @@ class PointWriter:
         if not text.strip():
             return self.document(after)
         import tomlkit  # takes 40 ms to load, and few programs change a point
-        from tomlkit.exceptions import TOMLKitError
 
         old, new = self._tables(before), self._tables(after)
         if old == new:
@@ -83,7 +82,14 @@ class PointWriter:
             made = "\n\n".join([found.as_string().rstrip(), *added]) + "\n"
             if _same(made, after):
                 return made
-        except (TOMLKitError, PointsFileError, LookupError, ValueError, AttributeError, TypeError):
+        except (
+            tomlkit.exceptions.TOMLKitError,
+            PointsFileError,
+            LookupError,
+            ValueError,
+            AttributeError,
+            TypeError,
+        ):
             pass
         raise PointsFileError(
             "it is laid out in a way that cannot be edited here: write each point as a table of "
