@@ -63,7 +63,6 @@ from firmware_protocol.grbl.gcode import Block as Block
 from firmware_protocol.grbl.gcode import GcodeError as GcodeError
 from firmware_protocol.grbl.gcode import Group as Group
 from firmware_protocol.grbl.gcode import Modal as Modal
-from firmware_protocol.grbl.gcode import lengths_mm as lengths_mm
 from firmware_protocol.grbl.gcode import parse_block as parse_block
 from firmware_protocol.grbl.host import Acknowledged as Acknowledged
 from firmware_protocol.grbl.host import AlarmRaised as AlarmRaised

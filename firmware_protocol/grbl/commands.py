@@ -28,15 +28,13 @@ SETTING_MAX = 65535
 class SystemCommand(Enum):
     """A `$` line without arguments.
 
-    Neither end uses start-up lines (`$N`), notes (`$I=`) and factory resets (`$RST`).
+    Neither end uses help (`$`), coordinate systems (`$#`), start-up lines (`$N`), notes (`$I=`) and
+    factory resets (`$RST`).
     """
 
-    HELP = "$"
     QUERY_SETTINGS = "$$"
     QUERY_BUILD = "$I"
     """Ask for version, options, buffer size and, on some firmware, the axes."""
-    QUERY_PARAMETERS = "$#"
-    """Ask for the offsets of all coordinate systems."""
     QUERY_MODES = "$G"
     UNLOCK = "$X"
     """Leave the alarm state. Moves nothing; the position may still be wrong."""
@@ -121,15 +119,6 @@ class Realtime(IntEnum):
     FEED_MINUS_10 = 0x92
     FEED_PLUS_1 = 0x93
     FEED_MINUS_1 = 0x94
-    RAPID_100 = 0x95
-    RAPID_50 = 0x96
-    RAPID_25 = 0x97
-    SPINDLE_100 = 0x99
-    SPINDLE_PLUS_10 = 0x9A
-    SPINDLE_MINUS_10 = 0x9B
-    SPINDLE_PLUS_1 = 0x9C
-    SPINDLE_MINUS_1 = 0x9D
-    FLOOD_TOGGLE = 0xA0
 
 
 GRBLHAL_ONLY = frozenset(

@@ -147,7 +147,7 @@ def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:
         return _PLAIN[text]
     if text.startswith("$H"):
         return _home(text[2:], dialect)
-    if text[1] in _KNOWN_LETTERS:
+    if text[1:2] in _KNOWN_LETTERS:  # or nothing at all
         raise GcodeError(3, text)
     return _setting(text, dialect)
 

@@ -28,8 +28,6 @@ MOST_SPEED, LEAST_SPEED, LASER = 30, 31, 32
 
 HOMING_RUNS = 43
 """How often homing approaches a switch: grblHAL."""
-HOMING_CYCLES = range(44, 50)
-"""The axes that each cycle of `$H` homes, one bit each: grblHAL."""
 SLEEP_ENABLE = 62
 """Whether `$SLP` is allowed: grblHAL."""
 

@@ -3,7 +3,6 @@
     firmware   the boards of the family as data: quirks and settings
     orders     what a line or a real-time command does; alarms and restarts
     commands   `$` commands, homing
-    parser     g-code
     board      reports, limits, motion, main loop
     hardware   wiring, outputs, switches, current
 

@@ -34,7 +34,6 @@ from armdrive.sim.grbl.hardware import (
     ReceiveRing,
     Switches,
 )
-from armdrive.sim.grbl.parser import STORED, GcodeParser
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_names, unfit
@@ -45,6 +44,7 @@ from firmware_protocol.grbl import (
     Error,
     Feedback,
     LineReceived,
+    Modal,
     Ok,
     Realtime,
     State,
@@ -150,10 +150,6 @@ class StatusReporter:
         self._until_wco = self._until_ov = 0
         self._changed = True
 
-    def offset_changed(self) -> None:
-        """Include the work offset in the next report."""
-        self._until_wco = 0
-
     def overrides_changed(self) -> None:
         """Include the overrides and accessories in the next report."""
         self._until_ov = 0
@@ -175,9 +171,7 @@ class StatusReporter:
         self.asked = False
         per_unit = 1.0 / MM_PER_INCH if board.settings.on(keys.INCHES) else 1.0
         position = tuple(at * per_unit for at in board.drive.units_of(board.drive.counts))
-        offset = tuple(at * per_unit for at in board.parser.offset)
         mask = int(board.settings[keys.REPORT])
-        work = tuple(a - b for a, b in zip(position, offset, strict=True))
         buffers = bool(mask & _BUFFERS)
         wco, overrides = self._now_and_then(board.state in _BUSY)
         feed = float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit))
@@ -191,14 +185,14 @@ class StatusReporter:
             board.state,
             _sub_state(board),
             position if mask & _MPOS else None,
-            None if mask & _MPOS else work,
+            None if mask & _MPOS else position,  # no offset is ever set
             board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
             _free_bytes(board) if buffers else None,
             feed=feed if shown(_FEED) else None,
             speed=board.outputs.speed if shown(_FEED) else None,
             pins=_pins(board) if shown(_PINS) else None,
-            work_offset=offset if wco and shown(_OFFSET) else None,
-            overrides=tuple(board.overrides) if overrides and shown(_OVERRIDES) else None,
+            work_offset=(0.0,) * len(position) if wco and shown(_OFFSET) else None,
+            overrides=(board.override, 100, 100) if overrides and shown(_OVERRIDES) else None,
             accessories=(board.outputs.letters or quiet) if overrides else None,
         )
         length = len(report.line) + 2
@@ -337,7 +331,7 @@ class MotionCycle:
         elif self.cancelling:
             self.cancelling = False
             board.drive.stop(board.now_s)
-            board.parser.position = board.drive.goal_units
+            board.position = board.drive.goal_units
             board.state = State.IDLE
         elif board.state in _BLOCKING:
             self.stands = True
@@ -489,11 +483,10 @@ _LOCKED = (State.ALARM, State.SLEEP)
 
 @dataclass(frozen=True, slots=True)
 class SavedGrblBoard:
-    """What is saved of a board: its settings by number, and offsets in units by system."""
+    """What is saved of a board: its settings by number, its outputs, and whether it is locked."""
 
     axes: str
     settings: Mapping[int, float]
-    offsets: Mapping[str, tuple[float, ...]]
     outputs: BoardOutputs
     state: str = setting(words=(State.ALARM, State.IDLE))
 
@@ -526,7 +519,9 @@ class GrblBoard(Board):
         self.codec = Device(
             replace(firmware.dialect, axes=build.axes, ring_bytes=firmware.ring_bytes)
         )
-        self.parser = GcodeParser(build.axes, firmware.unknown_words)
+        self.modal = Modal()
+        self.position: tuple[float, ...] = (0.0,) * len(build.axes)
+        """Where the axes stand after all lines that have been parsed, in units."""
         self.outputs = BoardOutputs()
         self.fingers = OutputFingers(world, build, self.outputs)
         self.reporter = StatusReporter(baud)
@@ -534,7 +529,8 @@ class GrblBoard(Board):
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
         self.echoes = False
-        self.overrides = [100, 100, 100]
+        self.override = 100
+        """The feed override in per cent."""
         self.booting: BoardScript[None] = BoardScript()
         self.cycle = MotionCycle()
         self.main_loop = MainLoop()
@@ -603,7 +599,7 @@ class GrblBoard(Board):
 
     def tell(self, text: str) -> None:
         """Send a message for people."""
-        self.say(Feedback(f"INFO: {text}" if self.firmware.verbose else text))
+        self.say(Feedback(text))
 
     def say(self, answer: Answer) -> None:
         """Send a message."""
@@ -694,7 +690,7 @@ class GrblBoard(Board):
     def moved_by_hand(self, *, counted: bool) -> None:
         """Count steps made at the controls; check the switches after motion by force."""
         if counted:
-            self.parser.position = self.drive.goal_units
+            self.position = self.drive.goal_units
             self.limits.forget(self)
         elif self.powered:
             self.limits.look(self)
@@ -709,11 +705,10 @@ class GrblBoard(Board):
     # The saved world.
 
     def known(self) -> SavedGrblBoard:
-        """Return the EEPROM contents, the outputs, and whether the board is locked."""
+        """Return the settings, the outputs, and whether the board is locked."""
         return SavedGrblBoard(
             self.axes,
             self.settings.values,
-            {name: self.parser.stored[name] for name in STORED},
             self.outputs,
             str(State.ALARM if self.state in _LOCKED else State.IDLE),
         )
@@ -723,14 +718,10 @@ class GrblBoard(Board):
         if saved.axes != self.axes:
             raise unfit(f"the saved board has other axes than {self.axes}")
         require_names("settings", map(str, saved.settings), map(str, self.settings.values))
-        require_names("offsets", saved.offsets, STORED)
-        if any(len(place) != len(self.axes) for place in saved.offsets.values()):
-            raise unfit(f"the saved offsets are of another number of axes than {self.axes}")
         self.outputs.recall(saved.outputs)
         self.settings.values.update(saved.settings)
         self.drive.rack.limits = self.settings.limits()
-        self.parser.stored = dict(saved.offsets)
-        self.parser.restart(self.drive.goal_units)
+        self.position = self.drive.goal_units
         self.state = State(saved.state)
         if self.state is State.ALARM:
             self.unhome()

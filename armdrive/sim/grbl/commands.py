@@ -20,7 +20,6 @@ from firmware_protocol.grbl import (
     State,
     SystemCommand,
     keys,
-    written,
 )
 
 # --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
@@ -64,8 +63,6 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
     _set_position(board, axes)
     board.unhomed -= set(axes)
-    if board.firmware.verbose:
-        board.say(Feedback(f"Homed:{''.join(board.axes[axis] for axis in axes)}"))
     board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
@@ -125,7 +122,7 @@ def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
         place[axis] = _homed_at(board, axis)
     counts = board.drive.steps_of(place)
     board.drive.set_axes(counts, board.now_s)
-    board.parser.position = board.drive.units_of(counts)
+    board.position = board.drive.units_of(counts)
 
 
 def _homed_at(board: GrblBoard, axis: int) -> float:
@@ -175,9 +172,6 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     return code
 
 
-_HELP = "$$ $# $G $I $x=val $J=line $SLP $C $X $H ~ ! ? ctrl-x"
-
-
 def run_system(board: GrblBoard, command: SystemCommand | Home | SetSetting) -> Steps:
     """Execute a command, or refuse it in this state; return 0 or an error number."""
     states, act = _COMMANDS[command if isinstance(command, SystemCommand) else type(command)]
@@ -201,11 +195,6 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
     return code
 
 
-def _help(board: GrblBoard, _: SystemCommand) -> int:
-    board.say(Remark(f"[HLP:{_HELP}]"))
-    return 0
-
-
 def _settings(board: GrblBoard, _: SystemCommand) -> int:
     texts = dict(board.settings.written())
     paths = board.firmware.paths
@@ -215,15 +204,7 @@ def _settings(board: GrblBoard, _: SystemCommand) -> int:
 
 
 def _parser_state(board: GrblBoard, _: SystemCommand) -> int:
-    board.say(board.parser.modal.report)
-    return 0
-
-
-def _parameters(board: GrblBoard, _: SystemCommand) -> int:
-    parser = board.parser
-    for name, place in (*parser.stored.items(), ("G92", parser.g92), ("TLO", (0.0,))):
-        board.say(Remark(f"[{name}:{written(place)}]"))
-    board.say(Remark(f"[PRB:{written(parser.zero)}:0]"))  # 0: no probing has touched anything
+    board.say(board.modal.report)
     return 0
 
 
@@ -275,29 +256,13 @@ def _home(board: GrblBoard, command: Home) -> Steps:
         return firmware.refused_axis if command.axes else RefusalNumber.NO_HOMING
     if command.axes and not homing & firmware.single_axis_bits:
         return RefusalNumber.NO_HOMING
-    for axes in _cycles(board, command.axes):
-        ambiguous = firmware.rechecks_after_pull_off and board.switches.mask()
-        code = AlarmNumber.AMBIGUOUS if ambiguous else (yield from home(board, axes))
-        if code:
-            yield from board.routines.fail(board, code)
-            return 0
+    # without letters, the axes of a real board home in cycles, and some builds leave axes out
+    axes = [board.axes.index(letter) for letter in command.axes or board.axes]
+    ambiguous = firmware.rechecks_after_pull_off and board.switches.mask()
+    code = AlarmNumber.AMBIGUOUS if ambiguous else (yield from home(board, axes))
+    if code:
+        yield from board.routines.fail(board, code)
     return 0
-
-
-def _cycles(board: GrblBoard, letters: str) -> list[list[int]]:
-    """Return the axes that are homed together, one cycle after the other."""
-    firmware, count = board.firmware, len(board.axes)
-    if letters:
-        cycles = [letters]
-    elif firmware.homing_masks:
-        masks = [int(board.settings[number]) for number in firmware.homing_masks]
-        cycles = [
-            "".join(letter for axis, letter in enumerate(board.axes) if mask >> axis & 1)
-            for mask in masks
-        ]
-    else:
-        cycles = firmware.homing_cycles.get(count, board.axes).split()
-    return [[board.axes.index(letter) for letter in cycle] for cycle in cycles if cycle]
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
@@ -320,12 +285,10 @@ _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOL
 _Action = tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]
 _COMMANDS: Mapping[SystemCommand | type, _Action] = MappingProxyType(
     {
-        SystemCommand.HELP: ((), _help),
         SystemCommand.QUERY_SETTINGS: (_NO_CYCLE, _settings),
         SystemCommand.QUERY_MODES: ((), _parser_state),
         SystemCommand.CHECK_MODE: ((), _check),
         SystemCommand.UNLOCK: ((), _unlock),
-        SystemCommand.QUERY_PARAMETERS: (_STILL, _parameters),
         SystemCommand.QUERY_BUILD: (_STILL, _build),
         SystemCommand.SLEEP: (_STILL, _sleep),
         Home: (_STILL, _home),
@@ -334,5 +297,6 @@ _COMMANDS: Mapping[SystemCommand | type, _Action] = MappingProxyType(
 )
 """The states in which a command is accepted (all if none is listed), and its action.
 
-The action runs at once, or in steps. Start-up lines, notes and factory resets are not built in.
+The action runs at once, or in steps. Start-up lines, notes, factory resets, coordinate systems and
+help are not built in.
 """

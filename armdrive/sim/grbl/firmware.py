@@ -24,7 +24,7 @@ _ANY_BIT = 255
 
 
 class RefusalNumber(IntEnum):
-    """The numbers of `error:N`, but for those of the g-code parser.
+    """The numbers of `error:N`, but for most of the g-code parser's.
 
     Source: gnea/grbl grbl/report.h. Those that only FluidNC has were observed.
     """
@@ -38,6 +38,7 @@ class RefusalNumber(IntEnum):
     LIMITS_WITHOUT_HOMING = 10
     TOO_LONG = 11
     TRAVEL_EXCEEDED = 15
+    UNKNOWN_WORD = 20
     NO_SINGLE_AXIS = 19
     """FluidNC's."""
     OUT_OF_RANGE = 80
@@ -267,15 +268,6 @@ class Firmware:
     """
     refused_axis: RefusalNumber = RefusalNumber.NO_HOMING
     """The error of `$HX` without homing. Observed: 19 on FluidNC."""
-    homing_cycles: Mapping[int, str] = field(default_factory=lambda: {3: "Z XY"})
-    """Which axes `$H` homes together, one cycle after the other, by the number of axes of a build;
-    all at once if none is given. It answers ok and leaves out the others (config.h). Observed on
-    the Mega with five and six axes.
-    """
-    homing_masks: range = range(0)
-    """The settings that hold these cycles instead. Observed on grblHAL: at the factory Z, then X
-    and Y.
-    """
     locks_until_homed: bool = False
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
     FluidNC; the alarm after a reset is then 14.
@@ -328,10 +320,6 @@ class Firmware:
     """Whether `?` is unanswered while homing is under way. Observed on grblHAL, which sends one
     report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
     """
-    verbose: bool = False
-    """Whether messages have a severity, refusals and alarms have words, and homing names its
-    axes. Observed on FluidNC; the words are not its own.
-    """
     program_end: str = "Pgm End"
     """The message after M2 and M30."""
     how_to_unlock: str = "'$H'|'$X' to unlock"
@@ -371,7 +359,6 @@ _FIRMWARES = (
         blocks=35,
         ring_bytes=255,
         stepping=replace(_AVR_STEPPING, segments=9),
-        homing_cycles=MappingProxyType({4: "Z A X Y", 5: "Z XY", 6: "Z A B C X Y"}),
         cancel_clears_in=(State.JOG,),
         mute_in_critical=False,
         factory=MappingProxyType({30: 12000.0, 31: 550.0}),
@@ -410,7 +397,6 @@ _FIRMWARES = (
         checks_limits=False,
         sticks_in_homing=False,
         homing_locks=False,
-        homing_masks=keys.HOMING_CYCLES,
         holds_jogs=False,
         cancel_clears_in=tuple(State),
         cancel_keeps=2,
@@ -419,10 +405,7 @@ _FIRMWARES = (
         report_bits=_EVERYTHING,
         empty_accessories=True,
         mute_in_critical=False,
-        factory=MappingProxyType(
-            {keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 0.0}
-            | dict(zip(keys.HOMING_CYCLES, (4.0, 3.0, 0.0, 0.0, 0.0, 0.0), strict=True))
-        ),
+        factory=MappingProxyType({keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 0.0}),
         needs=MappingProxyType({keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 1.0}),
     ),
     Firmware(
@@ -452,7 +435,6 @@ _FIRMWARES = (
         sticks_in_homing=False,
         backs_off_at_feed=True,
         homes_at=0.0,
-        homing_cycles=MappingProxyType({}),
         refused_axis=RefusalNumber.NO_SINGLE_AXIS,
         locks_until_homed=True,
         rechecks_after_pull_off=True,
@@ -462,7 +444,6 @@ _FIRMWARES = (
         keeps_speed=True,
         mute_in_critical=False,
         silent_in_homing=False,
-        verbose=True,
         program_end="Program End",
         how_to_unlock="",
         paths=SettingPaths(
@@ -513,7 +494,7 @@ _WHOLE: Mapping[int, float] = {
     0: 10, 1: 25, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0, 10: 1, 13: 0, 20: 0, 21: 0, 22: 0, 23: 0, 26: 250,
     30: 1000, 31: 0, 32: 0,
 }  # fmt: skip
-_WHOLE_NUMBERS = {*_WHOLE, *keys.HOMING_CYCLES, keys.SLEEP_ENABLE}
+_WHOLE_NUMBERS = {*_WHOLE, keys.SLEEP_ENABLE}
 _DECIMAL: Mapping[int, float] = {11: 0.01, 12: 0.002, 24: 25.0, 25: 500.0, 27: 1.0}
 _PER_AXIS: Mapping[int, float] = {
     keys.STEPS_PER_UNIT: 250.0,

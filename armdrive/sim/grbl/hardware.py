@@ -135,12 +135,12 @@ class BoardOutputs:
         self.mist = word != "M9" and (self.mist or word == "M7")
         self.flood = word != "M9" and (self.flood or word == "M8")
 
-    def put(self, word: str, port: int, value: float) -> None:
+    def put(self, word: str, values: Mapping[str, float]) -> None:
         """Set a digital or analog port."""
         if word in ("M67", "M68"):
-            self.analog[port] = value
+            self.analog[int(values["E"])] = values["Q"]
         else:
-            self.digital[port] = bool(value)
+            self.digital[int(values["P"])] = word in ("M62", "M64")
 
     def off(self) -> None:
         """Stop spindle and coolant, as every reset does; ports keep their values."""

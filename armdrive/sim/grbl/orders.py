@@ -1,9 +1,8 @@
 """How a simulated GRBL board handles lines and real-time commands, alarms and restarts.
 
-The main loop (`board`) runs `run_line` for each line. G-code and jogs go from the parser, which
-says what a line requests (`Work`), to the planner (`_move`). `$` commands go to `commands`. A
-script here yields the time until which it waits, and returns the line's reply. Real-time commands
-come to `obey`, which may interrupt a line at any such wait.
+The main loop (`board`) runs `run_line` for each line: g-code and jogs go to `_block`, `$` commands
+to `commands`. A script here yields the time until which it waits, and returns the line's reply.
+Real-time commands come to `obey`, which may interrupt a line at any such wait.
 """
 
 from __future__ import annotations
@@ -25,28 +24,26 @@ from armdrive.sim.grbl.commands import (
     refused_command,
     run_path,
     run_system,
-    write_eeprom,
 )
-from armdrive.sim.grbl.firmware import AlarmNumber, Killed, RefusalNumber
-from armdrive.sim.grbl.parser import RequestedMove, Work
+from armdrive.sim.grbl.firmware import MINUTE_S, AlarmNumber, Killed, RefusalNumber
 from armdrive.sim.mechanics.planner import SEGMENT_S
 from firmware_protocol.grbl import (
     Alarm,
     Block,
     Empty,
     Error,
-    Feedback,
     GcodeError,
+    Group,
     LineReceived,
+    Modal,
     Ok,
     Realtime,
     Rejected,
     State,
-    alarm_code,
-    error_code,
     keys,
 )
 
+_SYNCHRONISED = {Group.COOLANT, Group.DWELL, Group.FLOW}
 RESTART_S = 5e-3
 """How long a restart takes: from a soft reset, or the end of its alarm, to the banner."""
 _CANCELLED = -1
@@ -61,18 +58,7 @@ def run_line(board: GrblBoard, line: LineReceived) -> Script:
     unlooked = gcode and board.firmware.refuses_on and board.state not in (State.ALARM, State.JOG)
     code = (loop.refused if unlooked else 0) or (yield from _run(board, line))
     loop.refused = code
-    if code and board.firmware.verbose:
-        _explain(board, line.text, code)
     return Error(code) if code else Ok()
-
-
-def _explain(board: GrblBoard, line: str, code: int) -> None:
-    """Put a refusal into words, before and after it."""
-    if not line.startswith("$") and code != RefusalNumber.LOCKED:
-        text = "".join(sign if " " <= sign <= "~" else "." for sign in line)
-        board.say(Feedback(f"ERR: Bad GCode: {text}"))
-    meaning = error_code(code, board.codec.dialect.variant).meaning
-    board.main_loop.afterwards = lambda: board.say(Feedback(f"ERR: {meaning}"))
 
 
 def _run(board: GrblBoard, line: LineReceived) -> Steps:
@@ -95,24 +81,36 @@ def _run(board: GrblBoard, line: LineReceived) -> Steps:
 def _block(board: GrblBoard, block: Block) -> Steps:
     if block.jog and board.state not in (State.IDLE, State.JOG):
         return RefusalNumber.NOT_IDLE
+    if not board.firmware.unknown_words.isdisjoint(block.commands.values()):
+        return RefusalNumber.UNKNOWN_WORD
     try:
-        work = board.parser.work(block)
+        modes, after = board.modal.during(block), board.modal.after(block)
     except GcodeError as error:
         return error.code
     checking = board.state is State.CHECK
-    if not checking:
-        yield from _serve(board, work)
-    for move in work.moves:
-        code = yield from _move(board, move, work)
+    if not (block.jog or checking):
+        yield from _serve(board, block, modes)
+    if block.axes:
+        target = _target(board, block, modes)
+        code = yield from _move(board, target, modes, jog=block.jog)
         if code:
             return max(code, 0)
-    moved = work.g92 is not None or work.stores or work.new_system
-    board.parser.take(work)
-    if moved:
-        board.reporter.offset_changed()
-    if not checking:
-        yield from _end(board, work)
+        board.position = target
+    board.modal = after
+    if Group.FLOW in block.commands and not checking:
+        _outputs_off(board)
+        board.tell(board.firmware.program_end)
     return 0
+
+
+def _target(board: GrblBoard, block: Block, modes: Modal) -> tuple[float, ...]:
+    """Return where a line leads, in units."""
+    target = list(board.position)
+    for letter, value in block.axes.items():
+        axis = board.axes.index(letter)
+        here = target[axis] if modes.distance == "G91" else 0.0
+        target[axis] = here + value * modes.unit_mm
+    return tuple(target)
 
 
 def until_still(board: GrblBoard) -> Waits:
@@ -129,35 +127,37 @@ def until_room(board: GrblBoard) -> Waits:
         yield board.now_s + SEGMENT_S
 
 
-def _serve(board: GrblBoard, work: Work) -> Waits:
-    """Do what precedes the motion: outputs, a dwell, and changes of the EEPROM."""
-    if work.waits:
+def _serve(board: GrblBoard, block: Block, modes: Modal) -> Waits:
+    """Do what precedes the motion: outputs and a dwell. Most of it waits for the motion before."""
+    turned = modes.spindle != "M5" and modes.speed != board.modal.speed
+    spindle = modes.spindle != board.modal.spindle or turned
+    output = block.commands.get(Group.OUTPUT)
+    synced = output is not None and output not in ("M64", "M65", "M68")
+    if spindle or synced or not block.commands.keys().isdisjoint(_SYNCHRONISED):
         yield from until_still(board)
-    if work.spindle:
+    if spindle:
         least, most = board.settings[keys.LEAST_SPEED], board.settings[keys.MOST_SPEED]
-        board.outputs.spin(work.after, least, most, keeps=board.firmware.keeps_speed)
-    if work.coolant:
-        board.outputs.cool(work.after.coolant)
-    if work.output:
-        board.outputs.put(*work.output)
-    if work.spindle or work.coolant:
+        board.outputs.spin(modes, least, most, keeps=board.firmware.keeps_speed)
+    if Group.COOLANT in block.commands:
+        board.outputs.cool(modes.coolant)
+    if output:
+        board.outputs.put(output, block.values)
+    if spindle or Group.COOLANT in block.commands:
         board.reporter.overrides_changed()
-    if work.spindle or work.coolant or work.output:
+    if spindle or output or Group.COOLANT in block.commands:
         board.fingers.follow_output(board.now_s)
-    if work.dwell_s is not None:
-        yield board.now_s + work.dwell_s
-    if work.writes_eeprom:
-        yield from write_eeprom(board)
+    if Group.DWELL in block.commands:
+        yield board.now_s + block.values["P"]
 
 
-def _move(board: GrblBoard, move: RequestedMove, work: Work) -> Steps:
+def _move(board: GrblBoard, target: tuple[float, ...], modes: Modal, *, jog: bool) -> Steps:
     """Queue a line as soon as there is room.
 
     A jog cancel removes lines that are planned or being planned. A line that was read but not yet
     planned runs afterwards, to the target computed before the cancel.
     """
-    if board.settings.on(keys.SOFT_LIMITS) and _outside(board, move):
-        if work.jog:
+    if board.settings.on(keys.SOFT_LIMITS) and _outside(board, target):
+        if jog:
             return RefusalNumber.TRAVEL_EXCEEDED
         yield from _leave(board)
     if board.state is State.CHECK:
@@ -170,19 +170,19 @@ def _move(board: GrblBoard, move: RequestedMove, work: Work) -> Steps:
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
-    rate = move.rate
-    if work.jog:
-        rate *= 100 / board.overrides[0]  # a jog ignores this override
-    board.drive.queue_to(move.target, rate, board.now_s, rapid=move.rapid)
-    if work.jog and board.state is State.IDLE and rack.waiting:
+    rate = modes.feed / MINUTE_S
+    if jog:
+        rate *= 100 / board.override  # a jog ignores it
+    board.drive.queue_to(target, rate, board.now_s, rapid=modes.motion == "G0")
+    if jog and board.state is State.IDLE and rack.waiting:
         board.cycle.start(board, State.JOG)
     return 0
 
 
-def _outside(board: GrblBoard, move: RequestedMove) -> bool:
+def _outside(board: GrblBoard, target: tuple[float, ...]) -> bool:
     """Return whether a target lies outside the travel, which is all negative."""
     travels = board.settings.per_axis(keys.TRAVEL)
-    return any(not -far <= at <= 0 for at, far in zip(move.target, travels, strict=True))
+    return any(not -far <= at <= 0 for at, far in zip(target, travels, strict=True))
 
 
 def _leave(board: GrblBoard) -> Waits:
@@ -197,23 +197,11 @@ def _leave(board: GrblBoard) -> Waits:
         yield math.inf
 
 
-def _end(board: GrblBoard, work: Work) -> Waits:
-    """Do what ends or pauses a program."""
-    if work.pause:
-        board.state, board.cycle.stands = State.HOLD, True
-        yield math.inf
-    if work.end:
-        board.outputs.off()
-        board.fingers.follow_output(board.now_s)
-        board.tell(board.firmware.program_end)
-
-
 # --- Real-time commands, alarms, and how the board restarts ---------------------------------------
 #
 # Source: gnea/grbl grbl/protocol.c (protocol_exec_rt_system), motion_control.c (mc_reset), main.c.
 
 _OVERRIDE_BOUNDS = (10, 200)
-_FLOOD_STATES = (State.IDLE, State.RUN, State.HOLD, State.JOG)
 
 
 def obey(board: GrblBoard, command: Realtime) -> None:
@@ -295,15 +283,8 @@ def raise_critical(board: GrblBoard, code: int) -> None:
     board.state, board.critical = State.ALARM, True
     if code == AlarmNumber.HARD_LIMIT:
         board.unhome()
-    _alarm(board, code)
-    board.tell("Reset to continue")
-
-
-def _alarm(board: GrblBoard, code: int) -> None:
-    """Send an alarm, perhaps with words before it."""
-    if board.firmware.verbose:
-        board.tell(f"ALARM: {alarm_code(code, board.codec.dialect.variant).meaning}")
     board.say(Alarm(code))
+    board.tell("Reset to continue")
 
 
 def fail(board: GrblBoard, code: int) -> Waits:
@@ -313,7 +294,7 @@ def fail(board: GrblBoard, code: int) -> Waits:
         board.booting.begin(_restarted(board, code), board.now_s)
         yield math.inf
     board.state = State.ALARM
-    _alarm(board, code)
+    board.say(Alarm(code))
     yield board.now_s + board.firmware.alarm_s
 
 
@@ -335,7 +316,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
         if code == AlarmNumber.RESET_IN_MOTION and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[keys.IDLE_MS] / 1000
         board.state = State.ALARM
-        _alarm(board, code)
+        board.say(Alarm(code))
         said_s = board.now_s
         if runs_on:
             board.cycle.forget()
@@ -355,7 +336,7 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
     while board.again:
         code = board.again.pop(0)
         if code:
-            _alarm(board, code)
+            board.say(Alarm(code))
             yield board.now_s + board.firmware.alarm_s
         yield board.now_s + RESTART_S
         _start(board)
@@ -394,13 +375,13 @@ def _start(board: GrblBoard) -> None:
     board.main_loop.refused = 0
     board.cycle.forget()
     board.cycle.stands = held
-    board.overrides[:] = 100, 100, 100
+    board.override = 100
     board.ring.clear()
     board.codec.discard()
     board.drive.stop(board.now_s)
     board.drive.rack.override(1.0, 1.0, board.now_s)
     board.drive.rack.limits = board.settings.limits()
-    board.parser.restart(board.drive.goal_units)
+    board.modal, board.position = Modal(), board.drive.goal_units
     board.reporter.restart()
     if board.settings.motors_stay_on:
         board.current.keep_on()
@@ -448,42 +429,25 @@ def _ask(board: GrblBoard) -> None:
     board.reporter.asked = True
 
 
-def _flood(board: GrblBoard) -> None:
-    if board.state in _FLOOD_STATES:
-        board.outputs.flood = not board.outputs.flood
-        board.reporter.overrides_changed()
-        board.fingers.follow_output(board.now_s)
-
-
-def _override(board: GrblBoard, step: tuple[int, int, bool]) -> None:
-    (which, value, relative), (low, high) = step, _OVERRIDE_BOUNDS
-    before = board.overrides[which]
-    board.overrides[which] = min(max(before + value, low), high) if relative else value
-    if board.overrides[which] != before:
-        feed, rapid, _ = board.overrides
+def _override(board: GrblBoard, step: int) -> None:
+    low, high = _OVERRIDE_BOUNDS
+    before = board.override
+    board.override = min(max(before + step, low), high) if step else 100
+    if board.override != before:
         board.drive.follow(board.now_s)
-        board.drive.rack.override(feed / 100, rapid / 100, board.now_s)
+        board.drive.rack.override(board.override / 100, 1.0, board.now_s)
         board.reporter.overrides_changed()
 
 
 _STATUS = (Realtime.STATUS, Realtime.STATUS_ALIAS, Realtime.FULL_STATUS)
-_FEED, _RAPID, _SPINDLE = 0, 1, 2
 _OVERRIDES = {
-    Realtime.FEED_100: (_FEED, 100, False),
-    Realtime.FEED_PLUS_10: (_FEED, 10, True),
-    Realtime.FEED_MINUS_10: (_FEED, -10, True),
-    Realtime.FEED_PLUS_1: (_FEED, 1, True),
-    Realtime.FEED_MINUS_1: (_FEED, -1, True),
-    Realtime.RAPID_100: (_RAPID, 100, False),
-    Realtime.RAPID_50: (_RAPID, 50, False),
-    Realtime.RAPID_25: (_RAPID, 25, False),
-    Realtime.SPINDLE_100: (_SPINDLE, 100, False),
-    Realtime.SPINDLE_PLUS_10: (_SPINDLE, 10, True),
-    Realtime.SPINDLE_MINUS_10: (_SPINDLE, -10, True),
-    Realtime.SPINDLE_PLUS_1: (_SPINDLE, 1, True),
-    Realtime.SPINDLE_MINUS_1: (_SPINDLE, -1, True),
+    Realtime.FEED_100: 0,
+    Realtime.FEED_PLUS_10: 10,
+    Realtime.FEED_MINUS_10: -10,
+    Realtime.FEED_PLUS_1: 1,
+    Realtime.FEED_MINUS_1: -1,
 }
-"""Which override, by how much, and whether the amount is added to the present value."""
+"""By how much an override changes, in per cent; 0 ends it."""
 
 _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
     {
@@ -496,7 +460,6 @@ _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
         Realtime.RESUME_ALIAS: resume,
         Realtime.SAFETY_DOOR: _door,
         Realtime.JOG_CANCEL: _jog_cancel,
-        Realtime.FLOOD_TOGGLE: _flood,
         **{one: partial(_override, step=step) for one, step in _OVERRIDES.items()},
     }
 )

@@ -119,7 +119,6 @@ SAVED = [
     ("grbl", ("settings",), {}),
     ("grbl", ("settings", "x"), 1.0),
     ("grbl", ("settings", "9" * 9000), 1.0),
-    ("grbl", ("offsets", "G54"), [0.0]),
     ("grbl", ("outputs",), {}),
     ("grbl", ("outputs", "digital"), {"one": True}),
     ("mks", ("drives",), []),

@@ -21,14 +21,14 @@ PLACE = (0.0, -10.0, 5.125)
 TEXTS = [
     *zip(
         grbl.SystemCommand,
-        ("$", "$$", "$I", "$#", "$G", "$X", "$C", "$SLP"),
+        ("$$", "$I", "$G", "$X", "$C", "$SLP"),
         strict=True,
     ),
     (grbl.Home(), "$H"),
     (grbl.Home("B"), "$HB"),
     (grbl.SetSetting(100, 26.667), "$100=26.667"),
     (grbl.Line(), ""),
-    (grbl.Line("G28.1"), "G28.1"),
+    (grbl.Line("G91"), "G91"),
 ]
 
 REFUSED = [
@@ -216,30 +216,27 @@ def test_every_answer_is_read_back_as_it_was(answer):
 
 REFUSED_LINES = [
     *(("1X", 1), ("G1X1=", 1), ("GX", 2), ("G1X", 2), ("X-", 2), ("F-1", 4), ("M3S-1", 4)),
-    *(("G5", 20), ("M6", 20), ("G59.4", 23), ("G1.5", 23), ("M3.5", 23), ("D1", 20)),
-    *((word, 20) for word in ("G2X1I1F1", "G3", "G38.2X1", "G43.1Z1", "G49", "G93")),
+    *((word, 20) for word in ("G5", "M6", "G1.5", "D1", "G2X1I1F1", "G28", "G92X1", "G93", "M0")),
     *(
-        ("G90.1", 20),
         ("G0G1", 24),
+        ("G1X1F100G1X2F100", 24),
         ("G90G91", 21),
         ("M3M5", 21),
         ("G20G21", 21),
         ("M62P0M63P0", 21),
     ),
-    *(("G92X0G1X1", 24), ("X1X2", 25), ("F1F2", 25), ("N99999999", 27), ("T256", 38)),
+    *(("X1X2", 25), ("F1F2", 25), ("$", 3)),
     *(("$X1", 3), ("$Q", 2), ("$JX", 3), ("$1=", 2), ("$1=2X", 3), ("$1", 3)),
     *(("$RST=!", 3), ("$RST", 3), ("$HQ", 3), ("$HXY", 3), ("$SLEEP", 3), ("$N2=G54", 3)),
 ]
 
 MODAL_REFUSED = [
-    *(("G1X1", 22), ("G1", 22), ("X1G80", 31), ("G4", 28), ("G10L2X1", 28), ("G10L2P1", 26)),
-    *(("G10L2P7X1", 29), ("G10L3P1X1", 20), ("G92", 26), ("G53G80X1", 30), ("G1F1X1P1", 36)),
-    *(("G1F1X1I1", 36), ("M62", 28), ("M67E1", 28)),
+    *(("G1X1", 22), ("G1", 22), ("G4", 28), ("G1F1X1P1", 36), ("M62", 28), ("M67E1", 28)),
 ]
 
 JOGS_REFUSED = [
     *(("X1", 22), ("X1F1S1", 36), ("G1X1F1", 16), ("G54X1F1", 16), ("M3X1F1", 16)),
-    *(("G92X1F1", 16), ("X1F0", 22), ("G0X1F1", 16)),
+    *(("X1F0", 22), ("G0X1F1", 16)),
 ]
 
 
@@ -278,10 +275,6 @@ def test_a_bracket_that_ends_no_comment_is_refused_or_dropped(dialect, codes):
     assert tuple(getattr(each, "code", 0) for each in contents) == codes
 
 
-def test_a_lost_line_end_gives_the_error_that_was_seen():
-    assert grbl.parse_line("G1X1F100G1X2F100", SIX_AXES).code == 24
-
-
 def test_what_a_board_lacks_it_refuses():
     assert grbl.parse_line("A1", grbl.GRBL).code == 20
     assert grbl.parse_line("M62P0", grbl.GRBL).code == 20
@@ -292,14 +285,14 @@ def test_what_a_board_lacks_it_refuses():
 
 
 def test_a_block_holds_its_words():
-    block = grbl.parse_line("N7G90G1X-1.5A2F300", SIX_AXES)
+    block = grbl.parse_line("G90G01X-1.5A2F300", SIX_AXES)
     assert block == grbl.Block(
         {grbl.Group.DISTANCE: "G90", grbl.Group.MOTION: "G1"},
         {"X": -1.5, "A": 2.0},
-        {"N": 7.0, "F": 300.0},
+        {"F": 300.0},
     )
-    assert grbl.parse_line("$J=G53X1F9", SIX_AXES) == grbl.Block(
-        {grbl.Group.NON_MODAL: "G53"}, {"X": 1.0}, {"F": 9.0}, jog=True
+    assert grbl.parse_line("$J=G91X1F9", SIX_AXES) == grbl.Block(
+        {grbl.Group.DISTANCE: "G91"}, {"X": 1.0}, {"F": 9.0}, jog=True
     )
     assert grbl.parse_line("", SIX_AXES) == grbl.Empty()
 
@@ -312,10 +305,7 @@ def test_modes_last_from_block_to_block():
         *("G1", "G54", "G17", "G20", "G91", "M3", "M8"), feed=254.0, speed=100.0
     )
     assert modes.report.line == "[GC:G1 G54 G17 G20 G91 G94 M3 M8 T0 F254 S100]"
-    assert grbl.lengths_mm(grbl.parse_block("X2A-1", SIX_AXES), modes) == {
-        "X": 50.8,
-        "A": -25.4,
-    }
+    assert modes.unit_mm == 25.4
     ended = modes.after(grbl.parse_block("M30", SIX_AXES))
     assert ended == grbl.Modal("G1", units="G20", feed=254.0, speed=100.0)
 

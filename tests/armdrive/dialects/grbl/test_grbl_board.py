@@ -372,19 +372,6 @@ def test_homing_that_takes_too_long_names_the_key_that_allows_more():
     assert not arm.twin.device.moving
 
 
-def test_every_motor_homes_on_a_board_whose_own_homing_leaves_out_two():
-    """Observed on grbl-Mega-5X as it is published, with five axes: `$H` homes Z, X and Y, and `ok`.
-
-    grblHAL's leaves out A, B and C.
-    """
-    made, fingerless = homing_config(), config(gripper="servo", device={"homing": True})
-    arm = found(replace(fingerless, homing=made.homing), firmware="mega5x")
-    assert arm.twin.board.axes == "XYZAB"
-    arm.reset()  # it boots locked
-    arm.home()
-    assert arm.twin.world.motors == arm.status.acknowledged
-
-
 @pytest.mark.parametrize(
     ("firmware", "least_s"), [("mega5x", 30.0), ("grblhal", 200.0), ("fluidnc", 30.0)]
 )
