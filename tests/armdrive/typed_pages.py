@@ -12,9 +12,8 @@ A page is worked through from its top to its end, in one world of simulated arms
   are in the page's folder instead.
 - `<!-- setup: COMMAND -->` types a command that the reader is not shown.
 - `<!-- port: PORT is DIALECT -->` puts a simulated controller behind a port of the reader's. From
-  there on the page's arms are real ones: they are driven in real time through their ports, except
-  that `armdrive doctor` finds a new controller there in simulated time. With `none` for both they
-  are simulated twins again, which takes less time.
+  there on the page's arms are real ones, driven in simulated time; `armdrive doctor` finds a new
+  controller there. With `none` for both they are simulated twins again.
 - `<!-- answers: LINE / LINE -->` types these lines at the questions of the next block.
 - `<!-- not typed: REASON -->` above a block leaves it out, for one of the `REASONS`.
 
@@ -39,7 +38,7 @@ from cli_calls import TRACEBACK, Called
 from command_host import HostedCommand
 from doctor_bench import lead, lead_to_bus, made
 from pages import ROOT
-from served import Served
+from simulated_port import SimulatedPorts
 
 from armdrive.config.sections import is_model_file
 from armdrive.connect.target import FORCE_SIM, simulated_config
@@ -135,8 +134,9 @@ class Typist:
         self._folder = folder
         self._places = {"/tmp/": f"{folder}/"}
         self._names: dict[str, Any] = {"__name__": "page"}
-        self._serving: list[Served | HostedCommand] = []
-        self._behind: dict[str, str] = {}  # the dialects by their ports
+        self._serving: list[HostedCommand] = []
+        self._patch = pytest.MonkeyPatch()
+        self._ports: SimulatedPorts | None = None
         self.printed: str | None = None
         """What the last program printed, None where the last block was none."""
         self.typed = 0
@@ -147,11 +147,9 @@ class Typist:
         return self
 
     def __exit__(self, *error: object) -> None:
+        self._patch.undo()
         for arm in self._serving:
-            if isinstance(arm, Served):
-                arm.end()
-            else:
-                arm.communicate("quit\n")
+            arm.communicate("quit\n")
 
     def do(self, kind: str, text: str) -> None:
         """Carry out one comment or block of a page."""
@@ -179,22 +177,23 @@ class Typist:
             assert printed == text
 
     def _put_behind(self, port: str, dialect: str) -> None:
-        """Serve a simulated controller at a path, and use that path for the port of the page."""
+        """Put a simulated controller at a path, and use that path for the port of the page."""
+        self._ports = self._ports or SimulatedPorts(self._patch)
         if port not in self._places:
             path = self._folder / Path(port).name
-            self._serving.append(Served(dialect, pty=path))
+            path.touch()  # the doctor looks whether there is such a port
             self._places[port] = str(path)
-            self._behind[str(path)] = dialect
+            self._ports.put(str(path), dialect)
         os.environ.pop(FORCE_SIM, None)
 
     def _doctor(self, *words: str) -> Called:
         """Have the doctor look at a new controller, since its waits take seconds in real time."""
         with pytest.MonkeyPatch.context() as patch:
-            for port, dialect in self._behind.items():
-                if DIALECTS[dialect].can:
-                    lead_to_bus(patch, simulated_config(dialect))
+            for port, arm in (self._ports.arms if self._ports else {}).items():
+                if DIALECTS[arm.dialect].can:
+                    lead_to_bus(patch, simulated_config(arm.dialect))
                 else:
-                    lead(patch, port, made(dialect))
+                    lead(patch, port, made(arm.dialect))
             return self._call(*words)
 
     def _serve(self, *words: str) -> Called:

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from cli_calls import Terminal, state_files, write_arm_file
-from served import Served
+from simulated_port import SimulatedPorts
 
 import tui
 from armdrive.cli.chosen_arm import world_file
@@ -170,20 +170,16 @@ def test_nothing_but_the_arm_s_own_files_stays_behind(homed):
     assert left == {f"{name}.json", f"{name}.lock", f"{name}.world.json"}
 
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-
 @pytest.fixture(params=["teachmover", "armdroid"])
-def served(request, tmp_path):
-    """Serve a simulated arm with registers, or one without, and an arm file for it.
+def served(request, monkeypatch):
+    """Return the controller behind a port, one with registers and one without, with an arm file.
 
     The conformance table has every dialect restore a record; this is about the words.
     """
     row = DIALECTS[request.param]
-    with Served(row.name, pty=tmp_path / "wire") as arm:
-        keys = f'dialect = "{row.name}"\nport = "{arm.port}"\n'
-        write_arm_file("bench", f'model = "{row.preset}"\n[connection]\n{keys}')
-        yield arm.device
+    keys = f'dialect = "{row.name}"\nport = "/dev/ttyUSB0"\n'
+    write_arm_file("bench", f'model = "{row.preset}"\n[connection]\n{keys}')
+    return SimulatedPorts(monkeypatch).put("/dev/ttyUSB0", row.name).device
 
 
 ASKED = "Does the arm stand like this?"
