@@ -1,8 +1,8 @@
 """The command line: finds the command in the table and runs it. A command loads only what it needs.
 
     commands           every command with its description and module; the exit codes
-    options            what all commands share of options and help; an `arguments` beside each group
-                       of commands declares its own, and its docstrings are the text of `--help`
+    options            parsers made from the text of `--help`, which stands in docstrings of the
+                       `arguments` beside each group of commands; options that commands share
     runner             runs one command: imports its module; signals, one-line errors, the exit
                        code
     presenter          printing, JSON or text, and reading a line

@@ -1,4 +1,7 @@
-"""Parsers of commands and actions, their help, the kinds of values, and the options of an arm."""
+"""Parsers of commands and actions, made from their help; the kinds of values; an arm's options.
+
+The docstring of a command is its help, and the lists of options there declare them: `add_options`.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +9,27 @@ import argparse
 import inspect
 import itertools
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NoReturn
 
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
-from armdrive.text.numbers import number
+from armdrive.text.numbers import number, parse_speed
 from kinematics.errors import nearest_word
 from kinematics.text import filled, folded, sentence
 
 Declare = Callable[[argparse.ArgumentParser], None]
-"""Declares the options of a command or an action.
+"""Declares the options of a command or an action, most of them by its docstring: `add_options`.
 
-Its docstring is the help of a command: a sentence, notes and examples. An action's sentence is that
-of its row.
+The docstring of a command is its help: a sentence, options, notes and examples. An action's
+sentence is that of its row.
 """
+
+Value = Callable[[str], Any] | Collection[str]
+"""Reads a value as a person types it, or lists those that there are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,6 +55,9 @@ def add_actions(parser: argparse.ArgumentParser, actions: Mapping[str, Action]) 
         if found and not examples(action, action.prog):  # the command shows them for its actions
             action.epilog = "\n".join([action.epilog or "", "", "Examples:", *found]).lstrip()
         action.set_defaults(function=row.function)
+
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 class HelpFormatter(argparse.HelpFormatter):
@@ -158,14 +169,114 @@ _REQUIRED = r"the following arguments are required: (.+)|one of the arguments (.
 """Complaints of argparse that are put into other words here, with the words that are known."""
 
 
+# The help of a command, which declares its options.
+
+EXCLUSIVE, REQUIRED = "One of", "Required"
+"""Headings of options of which one may be given at most, and of those that have to be given."""
+
+PLAIN = (EXCLUSIVE, REQUIRED, "Operands", "Options")
+"""Headings that make no group of their own in the help. All others do."""
+
+REPEATED = "may be repeated"
+"""Ends the help of an option that may be given several times: its value is a list."""
+
+_OPTIONS = re.compile(
+    r"(?P<heading>[^\n]+):\n(?P<items>  --(?:.|\n)*)|Operands:\n(?P<operands>(?:.|\n)*)"
+)
+
+
 def help_of(declare: Declare, summary: str = "") -> Any:
     """Return the arguments of a parser that make the help of a command, or of an action."""
-    first, _, notes = inspect.cleandoc(declare.__doc__ or "").partition("\n\n")
+    first, *notes = (part for part in _paragraphs(declare) if not _OPTIONS.fullmatch(part))
     return {
         "description": sentence(summary) if summary else first,
         "formatter_class": HelpFormatter,
-        "epilog": notes,
+        "epilog": "\n\n".join(notes),
     }
+
+
+def add_options(
+    parser: argparse._ActionsContainer,
+    declared: Callable[..., Any],
+    values: Mapping[str, Value] = NOTHING,
+) -> None:
+    """Add the arguments and options that stand in the docstring of a function.
+
+    They stand below a heading such as `Options:`, a line each, as people type them, with their help
+    two spaces or more to the right or in deeper lines below:
+
+        --speed SPEED     a fraction of the limits
+        --pace FACTOR     run it this many times as fast as real time
+        --plot [FILE]     draw the path, into a file or here
+
+    `values` says of which kind a value is, as the table `VALUES` does, by its name or by its whole
+    option. Percent signs need no doubling, and `%(default)g` is what argparse makes of it.
+    """
+    kinds = {**VALUES, **values}
+    for part in _paragraphs(declared):
+        found = _OPTIONS.fullmatch(part)
+        if found is None:
+            continue
+        heading = found["heading"] or "Operands"
+        into = parser
+        if heading == EXCLUSIVE:
+            into = parser.add_mutually_exclusive_group()
+        elif heading not in PLAIN:
+            into = parser.add_argument_group(heading[0].lower() + heading[1:])
+        for typed, meaning in _items(found["items"] or found["operands"]):
+            _add_option(into, typed, meaning, kinds, required=heading == REQUIRED)
+
+
+def _paragraphs(declared: Callable[..., Any]) -> list[str]:
+    return inspect.cleandoc(declared.__doc__ or "").split("\n\n")
+
+
+def _items(lines: str) -> Iterator[tuple[str, str]]:
+    """Yield what is typed, and its help, for the lines of a list."""
+    for item in re.split(r"\n(?=  \S)", lines):
+        typed, _, meaning = re.sub("\n +", "  ", item.strip()).partition("  ")
+        yield typed, " ".join(meaning.split())
+
+
+_TYPED = re.compile(
+    r"(?P<option>--[a-z-]+)? ?(?P<maybe>\[)?(?P<value>\S*?)(?P<more> \.\.\.)?(?(maybe)\])"
+)
+"""An option and its value, or an argument; in brackets what may be left out."""
+
+
+def _add_option(
+    into: argparse._ActionsContainer,
+    typed: str,
+    meaning: str,
+    kinds: Mapping[str, Value],
+    *,
+    required: bool,
+) -> None:
+    found = _TYPED.fullmatch(typed)
+    if found is None:
+        raise ValueError(f"{typed!r} is no option: two spaces stand before its help")
+    option, maybe, value, more = found.group("option", "maybe", "value", "more")
+    words: dict[str, Any] = {"help": re.sub(r"%(?!\()", "%%", meaning)}
+    if not value:
+        into.add_argument(option, action="store_true", **words)
+        return
+    kind = kinds.get(typed, kinds.get(value))
+    if callable(kind):
+        words["type"] = kind
+    elif kind is not None:
+        words["choices"] = list(kind)
+    if more or maybe:
+        words["nargs"] = ("*" if maybe else "+") if more else "?"
+    if option is None:
+        if more and maybe:
+            words["default"] = []
+        into.add_argument(value.lower() + "s" * bool(more), metavar=value, **words)
+        return
+    if maybe:
+        words |= {"const": "", "type": str}  # argparse would read the constant as it reads a value
+    if meaning.endswith(REPEATED):
+        words |= {"action": "append", "default": []}
+    into.add_argument(option, metavar=value, required=required, **words)
 
 
 def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]) -> None:
@@ -174,21 +285,16 @@ def add_switches(parser: argparse._ActionsContainer, switches: Mapping[str, str]
         parser.add_argument(name, action="store_true", help=meaning)
 
 
-def add_force_option(parser: argparse._ActionsContainer) -> None:
-    """Add `--force`, for a command that writes a file that a person names."""
-    add_switches(parser, {"--force": "overwrite an existing file"})
-
-
-_MOST_DIGITS = 18
-"""Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
-
-
 JSON_OPTION = "--json"
 
 
 def add_json_option(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
-    parser.add_argument(JSON_OPTION, action="store_true", help="print JSON")
+    add_switches(parser, {JSON_OPTION: "print JSON"})
+
+
+_MOST_DIGITS = 18
+"""Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
 
 
 ARM_OPTIONS = ("arm", "sim", "port", "dialect", "baud")
@@ -264,7 +370,11 @@ def named_number(text: str) -> tuple[str, float]:
     return name.strip().replace("-", "_"), number(value)
 
 
-SPEED_HELP = "a fraction of the limits: 0.5 or 50%%"
+VALUES: Mapping[str, Value] = MappingProxyType({
+    "NAME": name, "PORT": name, "RATE": count, "DIALECT": DIALECTS, "FILE": Path,
+    "FACTOR": positive, "SECONDS": positive, "MM": number, "DEG": number, "SPEED": parse_speed,
+})  # fmt: skip
+"""The kind of a value, by its name in the help; one without a row is a text."""
 
 
 # The options that choose an arm, and whether to trust its position.
@@ -273,7 +383,7 @@ SPEED_HELP = "a fraction of the limits: 0.5 or 50%%"
 def add_arm_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that choose an arm."""
     group = _add_choice(parser, "the default arm or the simulated TeachMover")
-    group.add_argument("--fresh", action="store_true", help="start the simulated arm over")
+    add_switches(group, {"--fresh": "start the simulated arm over"})
     add_json_option(parser)
 
 
@@ -284,20 +394,17 @@ def add_driven_arm_options(parser: argparse.ArgumentParser, otherwise: str) -> N
 
 
 def _add_choice(parser: argparse.ArgumentParser, otherwise: str) -> argparse._ArgumentGroup:
+    """Add the options that name an arm and how to reach it.
+
+    Options:
+      --arm NAME         an arm file, by name or path
+      --sim DIALECT      a simulated arm: %(choices)s
+      --port PORT        a serial port or an address
+      --dialect DIALECT  the dialect of the arm on --port, one of the same
+      --baud RATE        the baud rate of --port
+    """
     group = parser.add_argument_group("which arm", f"Without one of these options, {otherwise}.")
-    dialects = ", ".join(DIALECTS)
-    group.add_argument("--arm", metavar="NAME", type=name, help="an arm file, by name or path")
-    group.add_argument(
-        "--sim", metavar="DIALECT", choices=list(DIALECTS), help=f"a simulated arm: {dialects}"
-    )
-    group.add_argument("--port", metavar="PORT", type=name, help="a serial port or an address")
-    group.add_argument(
-        "--dialect",
-        metavar="DIALECT",
-        choices=list(DIALECTS),
-        help="the dialect of the arm on --port, one of the same",
-    )
-    group.add_argument("--baud", type=count, metavar="RATE", help="the baud rate of --port")
+    add_options(group, _add_choice)
     return group
 
 
@@ -325,18 +432,10 @@ def names_arm(options: argparse.Namespace) -> bool:
 
 def add_allow_restored(parser: argparse.ArgumentParser) -> None:
     """Add `--allow-restored`, for a command that plans motion."""
-    parser.add_argument(
-        "--allow-restored",
-        action="store_true",
-        help="trust the position that an earlier command saved, without asking",
-    )
+    meaning = "trust the position that an earlier command saved, without asking"
+    add_switches(parser, {"--allow-restored": meaning})
 
 
-def add_pace_option(parser: argparse._ActionsContainer) -> None:
-    """Add `--pace`, for a command that runs a simulated arm as fast as the computer can."""
-    parser.add_argument(
-        "--pace",
-        type=positive,
-        metavar="FACTOR",
-        help="run a simulated arm this many times as fast as real time (default: no waiting)",
-    )
+def add_force_option(parser: argparse._ActionsContainer) -> None:
+    """Add `--force`, for a command that writes a file that a person names."""
+    add_switches(parser, {"--force": "overwrite an existing file"})

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.options import (
     EVERY_DRIVEN,
-    SPEED_HELP,
     Action,
     Declare,
     add_actions,
@@ -17,28 +15,36 @@ from armdrive.cli.options import (
     add_arm_options,
     add_driven_arm_options,
     add_force_option,
-    add_switches,
+    add_options,
     named_number,
     naming,
 )
 from armdrive.errors import BadRequest
 from armdrive.runtime.overrides import LEAST_OVERRIDE
 from armdrive.text.numbers import number, parse_speed
-from kinematics.spaces import JOINT_NAMES, POSE_FIELDS
 from tui.keys.layouts import LAYOUTS
 
 # --- options that several actions share
 
 
 def _again(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--again": "overwrite a point of that name"})
+    """Add the option of what makes a point.
+
+    Options:
+      --again  overwrite a point of that name
+    """
+    add_options(action, _again)
 
 
 def _how_it_moves(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--speed", type=parse_speed, default=1.0, help=SPEED_HELP)
-    add_switches(
-        action, {"--preview": "show the motion with its solutions and margins; moves nothing"}
-    )
+    """Add the options of planned motion.
+
+    Options:
+      --speed SPEED  a fraction of the limits: 0.5 or 50%
+      --preview      show the motion with its solutions and margins; moves nothing
+    """
+    add_options(action, _how_it_moves)
+    action.set_defaults(speed=1.0)
     add_allow_restored(action)
 
 
@@ -47,6 +53,10 @@ def _how_it_moves(action: argparse.ArgumentParser) -> None:
 
 def _disable(parser: argparse.ArgumentParser) -> None:
     """Switch the motors off; the arm can sag, so it is parked first.
+
+    One of:
+      --yes      park first, without asking
+      --no-park  switch off where the arm stands, without asking: support it
 
     Without motor current an arm can sag. A real arm asks whether to park first; a simulated arm
     parks.
@@ -57,14 +67,7 @@ def _disable(parser: argparse.ArgumentParser) -> None:
       armdrive disable --no-park           switch off where the arm stands: support it
 
     """
-    choice = parser.add_mutually_exclusive_group()
-    add_switches(
-        choice,
-        {
-            "--yes": "park first, without asking",
-            "--no-park": "switch off where the arm stands, without asking: support it",
-        },
-    )
+    add_options(parser, _disable)
     add_allow_restored(parser)
     add_arm_options(parser)
 
@@ -91,6 +94,13 @@ def _enable(parser: argparse.ArgumentParser) -> None:
 def _home(parser: argparse.ArgumentParser) -> None:
     r"""Set the reference: bring the arm to its reference posture, and confirm it.
 
+    One of:
+      --yes                    the arm is in its reference posture now: do not ask
+      --confirm                instead: the arm is where an earlier command left it
+      --declare JOINT=DEG ...  instead: the arm is at these angles (gripper=MM too), or at `park`
+      --switches               MOVE an arm with switches to them without asking
+      --guide                  practise the steps on a simulated arm
+
     An arm without switches cannot find its position by itself. `home` draws the reference posture;
     you jog the arm there, with lines such as `shoulder -2` or in the desk, and confirm with `done`.
     An arm with switches MOVES to them after you agree. On a simulated arm, a simulated operator
@@ -103,27 +113,7 @@ def _home(parser: argparse.ArgumentParser) -> None:
           wrist_pitch=-70 wrist_roll=0
 
     """
-    how = parser.add_mutually_exclusive_group()
-    add_switches(
-        how,
-        {
-            "--yes": "the arm is in its reference posture now: do not ask",
-            "--confirm": "instead: the arm is where an earlier command left it",
-        },
-    )
-    how.add_argument(
-        "--declare",
-        nargs="+",
-        metavar="JOINT=DEG",
-        help="instead: the arm is at these angles (gripper=MM too), or at `park`",
-    )
-    add_switches(
-        how,
-        {
-            "--switches": "MOVE an arm with switches to them without asking",
-            "--guide": "practise the steps on a simulated arm",
-        },
-    )
+    add_options(parser, _home)
     add_arm_options(parser)
 
 
@@ -132,6 +122,18 @@ def _home(parser: argparse.ArgumentParser) -> None:
 
 def _jog(parser: argparse.ArgumentParser) -> None:
     """Drive an arm from the keyboard.
+
+    Options:
+      --ascii         draw with plain characters
+      --show-keys     print all keys with their ids; opens nothing
+      --reconnect     reconnect after a lost connection, as `reconnect = true` in the arm file does
+      --keys LAYOUT   the keyboard's layout, remembered from then on: %(choices)s
+      --model [NAME]  a named system, or the file of a model, without an arm; no NAME: list them
+
+    One of:
+      --setup         start on the set-up screen: find an arm, describe it, check its motors
+      --program FILE  start on the program screen with this program; nothing runs before you
+                      confirm it
 
     The desk fills the terminal and shows its keys. Hold a key to jog and release it to stop; the
     space bar always stops. After a lost connection, L reconnects, and so does --reconnect by
@@ -147,62 +149,39 @@ def _jog(parser: argparse.ArgumentParser) -> None:
       armdrive jog --show-keys             print the keys; opens nothing
 
     """
-    switches = {
-        "--ascii": "draw with plain characters",
-        "--show-keys": "print all keys with their ids; opens nothing",
-    }
-    add_switches(parser, switches)
-    parser.add_argument(
-        "--reconnect",
-        action="store_true",
-        default=None,
-        help="reconnect after a lost connection, as `reconnect = true` in the arm file does",
-    )
-    parser.add_argument(
-        "--keys",
-        metavar="LAYOUT",
-        choices=tuple(LAYOUTS),
-        help=f"the keyboard's layout, remembered from then on: {', '.join(LAYOUTS)}",
-    )
-    parser.add_argument(
-        "--model",
-        nargs="?",
-        const="",
-        metavar="NAME",
-        help="a named system, or the file of a model, without an arm; no NAME: list them",
-    )
-    first = parser.add_mutually_exclusive_group()
-    first.add_argument(
-        "--setup",
-        action="store_true",
-        help="start on the set-up screen: find an arm, describe it, check its motors",
-    )
-    first.add_argument(
-        "--program",
-        type=Path,
-        metavar="FILE",
-        help="start on the program screen with this program; nothing runs before you confirm it",
-    )
+    add_options(parser, _jog, {"LAYOUT": tuple(LAYOUTS)})
+    parser.set_defaults(reconnect=None)  # the arm file decides
     add_arm_options(parser)
 
 
 # --- move
 
 
-_AXIS_HELP: Mapping[str, str] = MappingProxyType(
-    {
-        "x": "forward from the base axis",
-        "y": "to the left",
-        "z": "up from the table",
-        "pitch": "elevation of the hand; -90 points at the table",
-        "roll": "of the hand",
-        "yaw": "direction of the hand, on an arm with six joints",
-    }
-)
-
-
 def _move(parser: argparse.ArgumentParser) -> None:
     """Move an arm to a pose or to joint angles.
+
+    To a pose:
+      --x MM        forward from the base axis
+      --y MM        to the left
+      --z MM        up from the table
+      --pitch DEG   elevation of the hand; -90 points at the table
+      --roll DEG    of the hand
+      --yaw DEG     direction of the hand, on an arm with six joints
+      --line        along a straight line
+      --via X,Y,Z   along an arc through this point
+      --frame NAME  the pose is in this frame of the arm file; `tool`: relative to the hand
+
+    Or to joint angles:
+      --base DEG
+      --shoulder DEG
+      --elbow DEG
+      --wrist-pitch DEG
+      --wrist-roll DEG
+      --joint NAME=DEG   a joint of an arm that a model file describes; may be repeated
+
+    Options:
+      --gripper MM  open or close the gripper to this width
+      --park        go to the park posture
 
     Coordinates and joints that you leave out keep their values.
 
@@ -217,32 +196,7 @@ def _move(parser: argparse.ArgumentParser) -> None:
       armdrive move --park
 
     """
-    goal = parser.add_argument_group("to a pose")
-    for axis, key in POSE_FIELDS.items():
-        unit = key.partition("_")[2]
-        goal.add_argument(f"--{axis}", type=number, metavar=unit.upper(), help=_AXIS_HELP[axis])
-    goal.add_argument("--line", action="store_true", help="along a straight line")
-    goal.add_argument("--via", type=_point, metavar="X,Y,Z", help="along an arc through this point")
-    goal.add_argument(
-        "--frame",
-        metavar="NAME",
-        help="the pose is in this frame of the arm file; `tool`: relative to the hand",
-    )
-    turn = parser.add_argument_group("or to joint angles")
-    for name in JOINT_NAMES:
-        turn.add_argument(f"--{name.replace('_', '-')}", type=number, metavar="DEG")
-    turn.add_argument(
-        "--joint",
-        action="append",
-        type=named_number,
-        default=[],
-        metavar="NAME=DEG",
-        help="a joint of an arm that a model file describes; may be repeated",
-    )
-    parser.add_argument(
-        "--gripper", type=number, metavar="MM", help="open or close the gripper to this width"
-    )
-    add_switches(parser, {"--park": "go to the park posture"})
+    add_options(parser, _move, {"X,Y,Z": _point, "NAME=DEG": named_number})
     _how_it_moves(parser)
     add_arm_options(parser)
 
@@ -276,33 +230,39 @@ def _pause(parser: argparse.ArgumentParser) -> None:
 
 
 def _point_go(action: argparse.ArgumentParser) -> None:
-    add_switches(action, {"--line": "along a straight line"})
+    """Add the options of `points go`.
+
+    Options:
+      --line  along a straight line
+    """
+    add_options(action, _point_go)
     _how_it_moves(action)
 
 
 def _point_save(action: argparse.ArgumentParser) -> None:
-    action.add_argument("--note", default="", help="what the point is for")
+    """Add the options of `points save`.
+
+    Options:
+      --note NOTE  what the point is for
+    """
+    add_options(action, _point_save)
+    action.set_defaults(note="")
     _again(action)
     add_allow_restored(action)
 
 
 def _offset(action: argparse.ArgumentParser) -> None:
+    """Add the options of `points offset`.
+
+    Options:
+      --x MM      shift along the base's x axis
+      --y MM      shift along the base's y axis
+      --z MM      shift along the base's z axis
+      --turn DEG  turn about the base axis, before the shift
+    """
     _again(action)
-    for axis in ("x", "y", "z"):
-        action.add_argument(
-            f"--{axis}",
-            type=number,
-            default=0.0,
-            metavar="MM",
-            help=f"shift along the base's {axis} axis",
-        )
-    action.add_argument(
-        "--turn",
-        type=number,
-        default=0.0,
-        metavar="DEG",
-        help="turn about the base axis, before the shift",
-    )
+    add_options(action, _offset)
+    action.set_defaults(x=0.0, y=0.0, z=0.0, turn=0.0)
 
 
 POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
@@ -356,6 +316,9 @@ def _points(parser: argparse.ArgumentParser) -> None:
 def _record(parser: argparse.ArgumentParser) -> None:
     """Save a recording of an arm that another program is driving.
 
+    Options:
+      --output FILE  copy the recording to this file
+
     A program that drives an arm remembers the last minutes. `record` makes it write them to a file,
     which `armdrive log` reads and `armdrive replay` compares with a simulation. After a fault the
     program writes them by itself. If you name no arm, every arm that your programs are driving is
@@ -367,9 +330,7 @@ def _record(parser: argparse.ArgumentParser) -> None:
 
     """
     add_driven_arm_options(parser, EVERY_DRIVEN)
-    parser.add_argument(
-        "--output", type=Path, metavar="FILE", help="copy the recording to this file"
-    )
+    add_options(parser, _record)
     add_force_option(parser)
 
 
@@ -413,6 +374,9 @@ def _resume(parser: argparse.ArgumentParser) -> None:
 def _slow(parser: argparse.ArgumentParser) -> None:
     """Slow down an arm that another program is driving.
 
+    Operands:
+      SPEED  0.2 or 20%; at least 1%
+
     Everything sent from now on is slower, jogs too, until `slow 100%`. If you name no arm, every
     arm that your programs are driving slows down.
 
@@ -421,7 +385,7 @@ def _slow(parser: argparse.ArgumentParser) -> None:
       armdrive slow 100% --sim teachmover
 
     """
-    parser.add_argument("speed", type=_override, metavar="SPEED", help="0.2 or 20%%; at least 1%%")
+    add_options(parser, _slow, {"SPEED": _override})
     add_driven_arm_options(parser, EVERY_DRIVEN)
 
 
@@ -455,6 +419,13 @@ def _stop(parser: argparse.ArgumentParser) -> None:
 def _verify(parser: argparse.ArgumentParser) -> None:
     """Measure at the reference mark how far an arm has drifted.
 
+    One of:
+      --accept       accept the posture at the mark as the new reference, without asking
+      --keep         only measure: keep the old reference
+
+    Options:
+      --speed SPEED  a fraction of the limits: 0.5 or 50%
+
     The arm MOVES to just above its reference mark. You jog the finger tips onto the mark in small
     steps, with lines such as `shoulder -0.5`, and type `done`. The result is the drift of each
     motor, of each joint and of the tip, with what it means; a log in the state folder keeps it. On
@@ -468,14 +439,8 @@ def _verify(parser: argparse.ArgumentParser) -> None:
       armdrive verify --accept --speed 30%
 
     """
-    add_switches(
-        parser.add_mutually_exclusive_group(),
-        {
-            "--accept": "accept the posture at the mark as the new reference, without asking",
-            "--keep": "only measure: keep the old reference",
-        },
-    )
-    parser.add_argument("--speed", type=parse_speed, default=0.5, help=SPEED_HELP)
+    add_options(parser, _verify)
+    parser.set_defaults(speed=0.5)
     add_allow_restored(parser)
     add_arm_options(parser)
 

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 
-from armdrive.cli.options import Declare, add_force_option, add_json_option, add_switches
+from armdrive.cli.options import Declare, add_force_option, add_json_option, add_options
 from armdrive.text.numbers import number
 from kinematics.presets import PRESETS
-from kinematics.spaces import JOINT_NAMES
 
 
 def _add_model(parser: argparse.ArgumentParser) -> None:
@@ -28,6 +26,12 @@ def _add_model(parser: argparse.ArgumentParser) -> None:
 def _errors(parser: argparse.ArgumentParser) -> None:
     """Look up an error by its code: its cause, its effect on the arm and what to do.
 
+    Operands:
+      [CODE]        the code of an error, for example E502
+
+    Options:
+      --find WORDS  the errors with all these words, separated by commas
+
     Every error message begins with its code in brackets.
 
     Examples:
@@ -36,12 +40,7 @@ def _errors(parser: argparse.ArgumentParser) -> None:
       armdrive errors --find lost,cable
 
     """
-    parser.add_argument(
-        "code", nargs="?", metavar="CODE", help="the code of an error, for example E502"
-    )
-    parser.add_argument(
-        "--find", metavar="WORDS", help="the errors with all these words, separated by commas"
-    )
+    add_options(parser, _errors)
     add_json_option(parser)
 
 
@@ -55,6 +54,20 @@ STUDIES = (EFFICIENCY, ACCURACY)
 
 def _explain(parser: argparse.ArgumentParser) -> None:
     """Compute an arm step by step: link table, A matrices, forward and inverse.
+
+    Operands:
+      [SYSTEM]           a name or a .toml file
+      [JOINT ...]        degrees (revolute) or mm (prismatic)
+
+    Options:
+      --goal NUMBER ...  solve for this goal, in mm and degrees
+
+    One of:
+      --list             list the named systems
+      --symbolic         A matrices, their product and the solutions in symbols: C1, S12
+      --latex            the same in LaTeX
+      --urdf             print the arm as URDF
+      --axes             find frames and link table from the joint axes, step by step
 
     SYSTEM is a named system (`armdrive explain --list`), a built-in arm, or your own: a link table
     or an arm file (.toml), or a .urdf. `efficiency` counts the operations of each way to compute a
@@ -74,25 +87,7 @@ def _explain(parser: argparse.ArgumentParser) -> None:
       armdrive explain --axes alpha2-lecture --convention craig
 
     """
-    parser.add_argument("system", nargs="?", metavar="SYSTEM", help="a name or a .toml file")
-    parser.add_argument(
-        "joints", nargs="*", metavar="JOINT", help="degrees (revolute) or mm (prismatic)"
-    )
-    parser.add_argument(
-        "--goal",
-        nargs="+",
-        type=number,
-        metavar="NUMBER",
-        help="solve for this goal, in mm and degrees",
-    )
-    switches = {
-        "--list": "list the named systems",
-        "--symbolic": "A matrices, their product and the solutions in symbols: C1, S12",
-        "--latex": "the same in LaTeX",
-        "--urdf": "print the arm as URDF",
-        "--axes": "find frames and link table from the joint axes, step by step",
-    }
-    add_switches(parser.add_mutually_exclusive_group(), switches)
+    add_options(parser, _explain, {"NUMBER": number})
     parser.add_argument(
         "--convention",
         choices=["standard", "craig"],
@@ -108,6 +103,9 @@ def _explain(parser: argparse.ArgumentParser) -> None:
 def _fk(parser: argparse.ArgumentParser) -> None:
     """Compute the pose of the finger tips from joint angles.
 
+    Operands:
+      JOINT ...  degrees: base, shoulder, elbow, wrist_pitch, wrist_roll, or the joints of --model
+
     Joint values are in degrees (mm for a sliding joint), in the order of the joints. Those of a
     built-in arm count from the link before, up is positive, as in its arm file; `armdrive explain
     MODEL` shows how those of any model count. Limits and guards that the posture violates are
@@ -118,13 +116,7 @@ def _fk(parser: argparse.ArgumentParser) -> None:
       armdrive fk --model alpha2 0 40 -60 -70 0
 
     """
-    parser.add_argument(
-        "joints",
-        nargs="+",
-        type=number,
-        metavar="JOINT",
-        help=f"degrees: {', '.join(JOINT_NAMES)}, or the joints of --model",
-    )
+    add_options(parser, _fk, {"JOINT": number})
     _add_model(parser)
     add_json_option(parser)
 
@@ -134,6 +126,16 @@ def _fk(parser: argparse.ArgumentParser) -> None:
 
 def _ik(parser: argparse.ArgumentParser) -> None:
     r"""Compute the joint angles that bring the finger tips to a pose.
+
+    Required:
+      --x MM       of the finger tips
+      --y MM       of the finger tips
+      --z MM       of the finger tips
+
+    Options:
+      --pitch DEG  elevation of the hand; -90 points at the table
+      --roll DEG   of the hand (built-in arms: 0 by default)
+      --yaw DEG    direction of the hand about the vertical, for models with six joints
 
     Every solution is printed, with the limits that rule it out, and then the one that is used. For
     a link table without a closed form a numerical solver finds one solution. Except for a built-in
@@ -146,25 +148,7 @@ def _ik(parser: argparse.ArgumentParser) -> None:
           --pitch -90 --roll 0 --yaw 15
 
     """
-    for axis in ("x", "y", "z"):
-        parser.add_argument(
-            f"--{axis}", type=number, required=True, metavar="MM", help="of the finger tips"
-        )
-    parser.add_argument(
-        "--pitch",
-        type=number,
-        metavar="DEG",
-        help="elevation of the hand; -90 points at the table",
-    )
-    parser.add_argument(
-        "--roll", type=number, metavar="DEG", help="of the hand (built-in arms: 0 by default)"
-    )
-    parser.add_argument(
-        "--yaw",
-        type=number,
-        metavar="DEG",
-        help="direction of the hand about the vertical, for models with six joints",
-    )
+    add_options(parser, _ik)
     _add_model(parser)
     add_json_option(parser)
 
@@ -174,6 +158,12 @@ def _ik(parser: argparse.ArgumentParser) -> None:
 
 def _plot(parser: argparse.ArgumentParser) -> None:
     """Draw what an arm can reach.
+
+    Options:
+      --pitch DEG    of the hand; -90 points at the table (default -90)
+      --azimuth DEG  direction of the plane; 0 is straight ahead (default 0)
+      --output FILE  draw into this .png or .svg file
+      --ascii        draw with plain characters
 
     For an arm of the Mini-mover's build, the outline is where the finger tips can go in a vertical
     plane through the base axis, with the hand at a fixed pitch. For any other arm, dots show places
@@ -185,23 +175,8 @@ def _plot(parser: argparse.ArgumentParser) -> None:
 
     """
     _add_model(parser)
-    parser.add_argument(
-        "--pitch",
-        type=number,
-        metavar="DEG",
-        help="of the hand; -90 points at the table (default -90)",
-    )
-    parser.add_argument(
-        "--azimuth",
-        type=number,
-        metavar="DEG",
-        help="direction of the plane; 0 is straight ahead (default 0)",
-    )
-    parser.add_argument(
-        "--output", type=Path, metavar="FILE", help="draw into this .png or .svg file"
-    )
+    add_options(parser, _plot)
     add_force_option(parser)
-    parser.add_argument("--ascii", action="store_true", help="draw with plain characters")
     add_json_option(parser)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.cli.options import (
@@ -13,7 +12,7 @@ from armdrive.cli.options import (
     add_arm_options,
     add_driven_arm_options,
     add_json_option,
-    positive,
+    add_options,
 )
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import Topic
@@ -26,30 +25,22 @@ def _log(parser: argparse.ArgumentParser) -> None:
 
     `armdrive record` writes a recording, and so does every fault.
 
+    Operands:
+      [FILE]  a recording (.jsonl); without one, the newest
+
+    Options:
+      --find WORDS  only lines with all these words, separated by commas
+
     Examples:
       armdrive log                                  the newest recording
       armdrive log monday.jsonl --only errors,calls
       armdrive log monday.jsonl --find elbow,speed  lines with both words
 
     """
-    parser.add_argument(
-        "file",
-        metavar="FILE",
-        type=Path,
-        nargs="?",
-        help="a recording (.jsonl); without one, the newest",
-    )
-    parser.add_argument(
-        "--only",
-        metavar="TOPICS",
-        help=f"only these topics, separated by commas: {', '.join(Topic)}",
-    )
-    parser.add_argument(
-        "--find",
-        metavar="WORDS",
-        default="",
-        help="only lines with all these words, separated by commas",
-    )
+    topics = f"only these topics, separated by commas: {', '.join(Topic)}"
+    parser.add_argument("--only", metavar="TOPICS", help=topics)
+    add_options(parser, _log)
+    parser.set_defaults(find="")
     add_json_option(parser)
 
 
@@ -58,6 +49,14 @@ def _log(parser: argparse.ArgumentParser) -> None:
 
 def _replay(parser: argparse.ArgumentParser) -> None:
     """Replay a recording on a simulated arm, and show where the two differ.
+
+    Operands:
+      FILE  a recording (.jsonl)
+
+    Options:
+      --quiet           print the result only
+      --pace FACTOR     print this many times as fast as it happened (default: no waiting)
+      --set NAME=VALUE  a setting of the simulated arm, as in `armdrive sim`; may be repeated
 
     A simulated arm gets the bytes that the recorded arm got. The exit code is 0 if it answers as
     the recorded arm did, 1 if it does not, and 2 if the file cannot be used or holds no answer.
@@ -68,21 +67,7 @@ def _replay(parser: argparse.ArgumentParser) -> None:
       armdrive replay monday.jsonl --set speed_error=0.2   would slower motors explain it?
 
     """
-    parser.add_argument("file", metavar="FILE", type=Path, help="a recording (.jsonl)")
-    parser.add_argument("--quiet", action="store_true", help="print the result only")
-    parser.add_argument(
-        "--pace",
-        type=positive,
-        metavar="FACTOR",
-        help="print this many times as fast as it happened (default: no waiting)",
-    )
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="a setting of the simulated arm, as in `armdrive sim`; may be repeated",
-    )
+    add_options(parser, _replay)
     add_json_option(parser)
 
 
@@ -110,6 +95,10 @@ def _status(parser: argparse.ArgumentParser) -> None:
 def _watch(parser: argparse.ArgumentParser) -> None:
     """Follow an arm that another program is driving.
 
+    Options:
+      --every SECONDS  time between two looks (default %(default)g)
+      --screen         draw the arm, with keys to stop it
+
     Prints a line for each change, until the program releases the arm or you press Ctrl-C, which
     does not stop the arm. With --screen the arm is drawn, with keys that stop, pause and slow it
     down.
@@ -120,14 +109,8 @@ def _watch(parser: argparse.ArgumentParser) -> None:
       armdrive watch --json
 
     """
-    parser.add_argument(
-        "--every",
-        type=positive,
-        default=WATCH_EVERY_S,
-        metavar="SECONDS",
-        help=f"time between two looks (default {WATCH_EVERY_S:g})",
-    )
-    parser.add_argument("--screen", action="store_true", help="draw the arm, with keys to stop it")
+    add_options(parser, _watch)
+    parser.set_defaults(every=WATCH_EVERY_S)
     add_driven_arm_options(parser, ONLY_DRIVEN)
 
 

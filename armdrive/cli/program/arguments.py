@@ -11,14 +11,14 @@ from armdrive.cli.options import (
     ONLY_DRIVEN,
     Action,
     Declare,
+    Value,
     add_actions,
     add_allow_restored,
     add_arm_options,
     add_driven_arm_options,
     add_force_option,
     add_json_option,
-    add_pace_option,
-    add_switches,
+    add_options,
     count,
     duration,
     loops,
@@ -27,9 +27,7 @@ from armdrive.cli.options import (
 )
 from armdrive.errors import BadRequest
 from armdrive.moves import REST_S
-from armdrive.programs.language import ENDING
 from armdrive.sim.world.table import TableBlock, block_of
-from armdrive.text.numbers import parse_speed
 
 # --- demo
 
@@ -40,24 +38,19 @@ DEMO_SPEED = 8.0
 def _demo(parser: argparse.ArgumentParser) -> None:
     """Watch the simulated arm pick up and stack blocks.
 
+    Options:
+      --pace FACTOR  in a terminal, show it this many times faster than real time (%(default)g)
+      --plain        lines instead of a drawing
+      --ascii        draw without braille characters
+
     The command checks the finished tower in the simulated world itself: it ends with exit code 1 if
     a block is out of place. The demonstration has a world of its own, so the simulated arm of the
     other commands does not change. On your own arm, use
     `armdrive run examples/stacking.arm`, which is rehearsed first.
 
     """
-    parser.add_argument(
-        "--pace",
-        type=positive,
-        default=DEMO_SPEED,
-        metavar="FACTOR",
-        help=f"in a terminal, show it this many times faster than real time ({DEMO_SPEED:g})",
-    )
-    switches = {
-        "--plain": "lines instead of a drawing",
-        "--ascii": "draw without braille characters",
-    }
-    add_switches(parser, switches)
+    add_options(parser, _demo)
+    parser.set_defaults(pace=DEMO_SPEED)
     add_json_option(parser)
 
 
@@ -70,20 +63,17 @@ def _into_file(action: argparse.ArgumentParser) -> None:
 
 
 def _into_arm(action: argparse.ArgumentParser) -> None:
-    add_switches(
-        action,
-        {
-            "--yes": "do not ask before writing",
-            "--leave-others": "keep rows that are not in the file",
-        },
-    )
-    add_switches(
-        action.add_mutually_exclusive_group(),
-        {
-            "--shift": "change the numbers, so that rows lead to the same places as before",
-            "--as-is": "write the numbers as they are, wherever they lead now",
-        },
-    )
+    """Add the options of `pendant write`.
+
+    Options:
+      --yes           do not ask before writing
+      --leave-others  keep rows that are not in the file
+
+    One of:
+      --shift         change the numbers, so that rows lead to the same places as before
+      --as-is         write the numbers as they are, wherever they lead now
+    """
+    add_options(action, _into_arm)
     add_allow_restored(action)
 
 
@@ -132,6 +122,29 @@ SCRIPT = ".py"
 def _run(parser: argparse.ArgumentParser) -> None:
     """Run a program file or a Python script, or only check it.
 
+    Operands:
+      PROGRAM     a .arm or .py file
+      [WORD ...]  arguments of a Python script
+
+    Rehearsal:
+      --check            rehearse it; moves nothing
+      --plot [FILE]      rehearse it and draw the tip's path, into a .svg or .png file or here;
+                         moves nothing
+      --input N=on|off   the state of an input in a rehearsal (default off); may be repeated
+      --assume-width MM  the width of the object that a real arm finds in a rehearsal (default none)
+      --yes              run it even if the rehearsal failed because of an assumption
+      --put NAME,X,Y[,WIDTH[,HEIGHT]]
+                         put a block on a simulated arm's table first, or move it there, mm;
+                         may be repeated
+
+    How it runs:
+      --step          wait for Enter before each motion
+      --loops N       repeat it N times, 0 = endless (default 1)
+      --resume        continue where it was interrupted
+      --record FILE   keep a recording of the run
+      --speed SPEED   slow every motion to this fraction, 0.5 or 50%
+      --pace FACTOR   run a simulated arm this many times as fast as real time (default: no waiting)
+
     A program file is rehearsed on the arm's simulated twin before its first motion. --resume
     continues an interrupted program. `armdrive pause`, `resume`, `slow 20%`, `stop`, `status` and
     `watch` work from another terminal. Ctrl-C stops the arm; a second Ctrl-C leaves at once. See
@@ -146,56 +159,8 @@ def _run(parser: argparse.ArgumentParser) -> None:
       armdrive run stack.py one two --check               a script, followed by its own arguments
 
     """
-    parser.add_argument(
-        "program", type=Path, metavar="PROGRAM", help=f"a {ENDING} or {SCRIPT} file"
-    )
-    parser.add_argument(
-        "words", nargs="*", default=[], metavar="WORD", help="arguments of a Python script"
-    )
-    before = parser.add_argument_group("rehearsal")
-    add_switches(before, {"--check": "rehearse it; moves nothing"})
-    before.add_argument(
-        "--plot",
-        nargs="?",
-        const="",
-        metavar="FILE",
-        help="rehearse it and draw the tip's path, into a .svg or .png file or here; moves nothing",
-    )
-    before.add_argument(
-        "--input",
-        action="append",
-        type=_input,
-        default=[],
-        metavar="N=on|off",
-        help="the state of an input in a rehearsal (default off); may be repeated",
-    )
-    before.add_argument(
-        "--assume-width",
-        type=positive,
-        metavar="MM",
-        help="the width of the object that a real arm finds in a rehearsal (default none)",
-    )
-    add_switches(before, {"--yes": "run it even if the rehearsal failed because of an assumption"})
-    _add_put_option(before)
-    how = parser.add_argument_group("how it runs")
-    add_switches(how, {"--step": "wait for Enter before each motion"})
-    how.add_argument(
-        "--loops", type=loops, metavar="N", help="repeat it N times, 0 = endless (default 1)"
-    )
-    add_switches(how, {"--resume": "continue where it was interrupted"})
-    how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
+    add_options(parser, _run, VALUES)
     add_force_option(parser)
-    _add_arm(parser, how)
-
-
-def _add_arm(
-    parser: argparse.ArgumentParser, how: argparse.ArgumentParser | argparse._ArgumentGroup
-) -> None:
-    """Add the options about the arm of `run` and `shell`, and how fast it moves."""
-    how.add_argument(
-        "--speed", type=parse_speed, help="slow every motion to this fraction, 0.5 or 50%%"
-    )
-    add_pace_option(how)
     add_allow_restored(parser)
     add_arm_options(parser)
 
@@ -213,6 +178,13 @@ def _input(word: str) -> tuple[int, bool]:
 def _shell(parser: argparse.ArgumentParser) -> None:
     """Type the words of a program at a prompt; each runs at once.
 
+    Options:
+      --put NAME,X,Y[,WIDTH[,HEIGHT]]
+                      put a block on a simulated arm's table first, or move it there, mm;
+                      may be repeated
+      --speed SPEED   slow every motion to this fraction, 0.5 or 50%
+      --pace FACTOR   run a simulated arm this many times as fast as real time (default: no waiting)
+
     Each line is checked and carried out when you enter it; a block (repeat, while, if, define ...
     end) when you enter its end. Names, subprograms and the speed remain. `help` lists the words,
     and `save stack.arm` saves the lines as a program. Ctrl-C stops the arm. See
@@ -225,19 +197,9 @@ def _shell(parser: argparse.ArgumentParser) -> None:
       armdrive shell < morning.txt                lines of a file; ends at the first error
 
     """
-    _add_put_option(parser)
-    _add_arm(parser, parser)
-
-
-def _add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
-    parser.add_argument(
-        "--put",
-        action="append",
-        type=_block,
-        default=[],
-        metavar="NAME,X,Y[,WIDTH[,HEIGHT]]",
-        help="put a block on a simulated arm's table first, or move it there, mm; may be repeated",
-    )
+    add_options(parser, _shell, VALUES)
+    add_allow_restored(parser)
+    add_arm_options(parser)
 
 
 def _block(words: str) -> TableBlock:
@@ -246,11 +208,28 @@ def _block(words: str) -> TableBlock:
     return block_of(words.split(","))
 
 
+VALUES: Mapping[str, Value] = MappingProxyType({
+    "PROGRAM": Path, "N=on|off": _input, "--assume-width MM": positive, "N": loops,
+    "NAME,X,Y[,WIDTH[,HEIGHT]]": _block,
+})  # fmt: skip
+"""The kinds of values of `run` and `shell`."""
+
+
 # --- teach
 
 
 def _teach(parser: argparse.ArgumentParser) -> None:
     """Record a program as another program moves the arm.
+
+    Operands:
+      PROGRAM         a new .arm file
+
+    Options:
+      --line          make every move a straight line
+      --speed SPEED   of every move, 0.5 or 50%
+      --waits         record how long the arm rested
+      --rest SECONDS  how long the arm must rest at a place to record it (default %(default)g)
+      --force         overwrite an existing file and its points
 
     Wherever the arm rests becomes a saved point, and the motion to it a line of the program, until
     Ctrl-C or the end of the other program. Recording never moves the arm. The lines are those of
@@ -263,15 +242,8 @@ def _teach(parser: argparse.ArgumentParser) -> None:
       armdrive run stack.arm --check            rehearse it; moves nothing
 
     """
-    parser.add_argument("program", metavar="PROGRAM", help=f"a new {ENDING} file")
-    add_switches(parser, {"--line": "make every move a straight line"})
-    parser.add_argument("--speed", type=parse_speed, default=1.0, help="of every move, 0.5 or 50%%")
-    add_switches(parser, {"--waits": "record how long the arm rested"})
-    parser.add_argument(
-        "--rest", type=duration, default=REST_S, metavar="SECONDS",
-        help=f"how long the arm must rest at a place to record it (default {REST_S:g})",
-    )  # fmt: skip
-    add_switches(parser, {"--force": "overwrite an existing file and its points"})
+    add_options(parser, _teach, {"SECONDS": duration})
+    parser.set_defaults(speed=1.0, rest=REST_S)
     add_driven_arm_options(parser, ONLY_DRIVEN)
 
 
