@@ -32,8 +32,6 @@ from firmware_protocol.armdroid import (
     DriveAll,
     DriveOne,
     HomeToOffsets,
-    InterfaceKind,
-    InterfaceReported,
     OddSpeed,
     OffsetsReported,
     ReportArguments,
@@ -253,8 +251,6 @@ class ArmdroidBoard(Board):
                 self._answer(ArgumentsReported(self._codec.arguments, self._codec.accumulator))
             case Version():
                 self.outgoing += self._codec.send(VersionReported())
-            case InterfaceKind():
-                self.outgoing += self._codec.send(InterfaceReported())
 
     def _turn(self, steps: Sequence[int]) -> None:
         if any(steps):

@@ -104,8 +104,6 @@ class Board(abc.ABC):
     """The dataclass of the board's own saved state."""
     message: ClassVar[type[Any]] = bytes
     """What arrives or leaves at once: bytes, or on a bus a tuple of frames."""
-    byte_gap_s: float = 0.0
-    """A pause after each byte that the board sends."""
 
     def __init__(self, world: World, drive: MotorDrive[Any], baud: int | None) -> None:
         self.world = world
@@ -221,11 +219,6 @@ class SimDevice:
     def line(self) -> DeviceLine:
         """Make a line to the device."""
         return self.board.line(self)
-
-    @property
-    def byte_gap_s(self) -> float:
-        """The pause after each byte that the device sends."""
-        return self.board.byte_gap_s
 
     def receive(self, message: Any, now_s: float) -> None:
         """Receive a message that has arrived by now. Without power it is lost."""

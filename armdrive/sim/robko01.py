@@ -37,11 +37,9 @@ from firmware_protocol.robko01 import (
     Clear,
     Disable,
     Enable,
-    GetRobotId,
     Inputs,
     InputsRead,
     IsMoving,
-    LoadPosition,
     MoveAbsolute,
     MoveRelative,
     MoveSpeed,
@@ -54,9 +52,6 @@ from firmware_protocol.robko01 import (
     Position,
     Positions,
     Request,
-    RobotId,
-    SavePosition,
-    SetRobotId,
     Status,
     Stop,
 )
@@ -79,8 +74,6 @@ BAUD = 115_200
 
 LENGTHS = range(1, PAYLOAD_MAX + 2)
 """The possible values of the length byte: the operation and its payload."""
-ECHOED = (Op.PING, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
-"""Operations whose payload may have any length."""
 PAYLOAD_BYTES = {
     Op.MOVE_RELATIVE: 24,
     Op.MOVE_ABSOLUTE: 24,
@@ -147,7 +140,7 @@ class FirmwareReader:
 
     def _request(self, op: int, payload: bytes) -> bytes:
         self._payload[: len(payload)] = payload
-        if op not in ECHOED and op in _KNOWN:
+        if op != Op.PING and op in _KNOWN:  # a ping is echoed, whatever its length
             payload = bytes(self._payload[: PAYLOAD_BYTES.get(Op(op), 0)])
         return frame_bytes(Kind.REQUEST, op, payload)
 
@@ -389,8 +382,7 @@ class SimRobkoBoard(Board):
             self._switch(True, now_s)
         if isinstance(request, Ping | Inputs | Position) or self.quirks.rearms:
             self._fed_s = now_s
-        if not isinstance(request, SavePosition | LoadPosition):  # these two are never answered
-            self.outgoing += encode_answer(self._do(request, now_s))
+        self.outgoing += encode_answer(self._do(request, now_s))
 
     def _do(self, request: Request, now_s: float) -> Answer:
         match request:
@@ -417,8 +409,6 @@ class SimRobkoBoard(Board):
             case Outputs(value):
                 self.outputs = value
                 return OutputsSet(value)
-            case SetRobotId(robot_id) | GetRobotId(robot_id):
-                return RobotId(request.op, robot_id)
             case _:
                 self._command(request, now_s)
                 return Acknowledged(request.op)

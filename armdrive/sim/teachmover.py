@@ -32,10 +32,8 @@ from firmware_protocol.fields import wrapped16
 from firmware_protocol.lines import LineSplitter
 from firmware_protocol.teachmover import (
     ATTENTION,
-    Arm,
     Close,
     Command,
-    Delay,
     Key,
     ProgramRow,
     QDump,
@@ -63,8 +61,6 @@ MEMORY_ROWS = 50
 """Public sources say that the memory holds about 50 points."""
 CLOSE_RATE_HZ = 277.0
 """At this rate, closing over the full 76 mm takes about 4 s."""
-DELAY_UNIT_S = 0.001
-"""What one count of @DELAY is worth: a guess."""
 STILL = (0, 0, 0, 0, 0, 0)
 
 
@@ -166,11 +162,9 @@ class TeachMoverBoard(Board):
         self.key = Key.NONE
         """The pendant key pressed last."""
         self.outputs = 0
-        self.byte_gap_s = 0.0
         self.lost_bytes = 0
         self.unanswered: Command | None = None
         """The command that is being carried out."""
-        self._attention = ATTENTION
         self._lines = LineSplitter(CR)
 
     # The saved world.
@@ -273,7 +267,7 @@ class TeachMoverBoard(Board):
         That a real arm ignores lines without its attention character is unverified.
         """
         text = (line.data if isinstance(line, Unreadable) else line).lstrip(NOISE)
-        if not text.startswith(self._attention.encode("ascii")):
+        if not text.startswith(ATTENTION.encode("ascii")):
             return None
         if isinstance(line, Unreadable):
             return Status.FAILED
@@ -305,12 +299,6 @@ class TeachMoverBoard(Board):
                 self._answer(Status.DONE)
             case QWrite(row):
                 self._answer(Status.DONE if self.memory.keep(row) else Status.FAILED)
-            case Delay(count):
-                self._answer(Status.DONE)
-                self.byte_gap_s = count * DELAY_UNIT_S
-            case Arm(attention):
-                self._answer(Status.DONE)
-                self._attention = attention
 
     def _begin_next_row(self) -> bool:
         """Begin the next row of the program; return False if none is left."""

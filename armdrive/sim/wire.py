@@ -50,13 +50,13 @@ class PacedWire:
         self._pieces: deque[_Piece] = deque()
         self._free_s = -math.inf
 
-    def push(self, data: bytes, now_s: float, gap_s: float = 0.0) -> None:
-        """Put bytes on the line after those already under way, with a pause behind each."""
+    def push(self, data: bytes, now_s: float) -> None:
+        """Put bytes on the line after those already under way."""
         if not data:
             return
-        start_s, byte_s = max(now_s, self._free_s), self._byte_s + gap_s
-        self._free_s = start_s + len(data) * byte_s
-        self._pieces.append(_Piece(bytes(data), start_s, byte_s, self._free_s))
+        start_s = max(now_s, self._free_s)
+        self._free_s = start_s + len(data) * self._byte_s
+        self._pieces.append(_Piece(bytes(data), start_s, self._byte_s, self._free_s))
 
     def pull(self, now_s: float) -> bytes:
         """Take the bytes that have arrived completely by now."""
@@ -327,10 +327,6 @@ _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 class WireDevice(Protocol):
     """The device side of a dialect, as the wire sees it."""
 
-    @property
-    def byte_gap_s(self) -> float:
-        """The pause after each byte that the device sends, on top of the byte's own time."""
-
     def receive(self, message: Any, now_s: float) -> None:
         """Receive bytes, or on a bus frames, that have arrived at the device by now."""
 
@@ -449,7 +445,7 @@ class DeviceLine:
     def _carry(self, lane: WireDirection, message: Any, now_s: float) -> None:
         """Put a message on the line; each line of a text is due at its own time."""
         if lane is self.faults.device:
-            self._out.push(message, now_s, self.device.byte_gap_s)
+            self._out.push(message, now_s)
             return
         for line in _LINES.findall(message) if self._baud else (message,):
             self._in.push(line, now_s)

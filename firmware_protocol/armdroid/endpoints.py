@@ -27,7 +27,6 @@ from firmware_protocol.armdroid.messages import (
     DriveOne,
     DropArguments,
     HomeToOffsets,
-    InterfaceKind,
     OddSpeed,
     ReportArguments,
     ReportOffsets,
@@ -162,7 +161,6 @@ _PLAIN: dict[int, Request] = {
         ReportOffsets(),
         ZeroOffsets(),
         Version(),
-        InterfaceKind(),
         ReportArguments(),
     )
 }

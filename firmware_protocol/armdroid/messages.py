@@ -102,13 +102,6 @@ class Version:
 
 
 @message()
-class InterfaceKind:
-    """Ask which motor interface the firmware was built for."""
-
-    letter: ClassVar[str] = "V"
-
-
-@message()
 class ReportArguments:
     """Ask for the kept arguments and the accumulator (the sketch's own debugging command)."""
 
@@ -163,7 +156,6 @@ Command: TypeAlias = (
     | SetSpeed
     | Torque
     | Version
-    | InterfaceKind
     | ReportArguments
     | Clear
     | DropArguments
@@ -213,13 +205,6 @@ class VersionReported:
     protocol: str | None = "1.0a"
 
 
-@message(kind=_word)
-class InterfaceReported:
-    """The motor interface: `direct-drive`, or `logic-drive` on the prototype models."""
-
-    kind: str = "direct-drive"
-
-
 @message(arguments=row_of(INT16, KEPT, f"{KEPT} counts of steps"), accumulator=INT16)
 class ArgumentsReported:
     """The five kept arguments and the accumulator."""
@@ -237,12 +222,7 @@ class Welcome:
 
 
 Answer: TypeAlias = (
-    OffsetsReported
-    | SpeedReported
-    | TorqueReported
-    | VersionReported
-    | InterfaceReported
-    | ArgumentsReported
+    OffsetsReported | SpeedReported | TorqueReported | VersionReported | ArgumentsReported
 )
 
 ANSWER_TO: dict[str, type[Answer]] = {
@@ -254,10 +234,10 @@ ANSWER_TO: dict[str, type[Answer]] = {
     "s": SpeedReported,
     "t": TorqueReported,
     "v": VersionReported,
-    "V": InterfaceReported,
     "g": ArgumentsReported,
 }
-"""The answer to each command letter; the sketch ignores all other letters."""
+"""The answer to each command letter. The sketch also has V, which asks for the kind of motor
+interface and which no program here sends; it ignores all other letters."""
 
 
 # The characters of commands and answers.
@@ -326,8 +306,6 @@ def _text(answer: Answer | Welcome) -> str:
             return f"version = {firmware}"
         case VersionReported(firmware, protocol):
             return f"firmware version = {firmware}/protocol = {protocol}"
-        case InterfaceReported():
-            return f"interface = {answer.kind}"
         case ArgumentsReported():
             numbers = (*answer.arguments, answer.accumulator)
             return "debug = " + " ".join(str(number) for number in numbers)
@@ -356,6 +334,5 @@ _READERS: tuple[tuple[re.Pattern[bytes], Callable[[list[str]], Answer]], ...] = 
         lambda groups: VersionReported(*groups),
     ),
     (re.compile(b"version = " + _NAME), lambda groups: VersionReported(groups[0], None)),
-    (re.compile(b"interface = " + _NAME), lambda groups: InterfaceReported(groups[0])),
     (re.compile(b"debug = " + b" ".join([_INT] * MOTORS)), _arguments),
 )

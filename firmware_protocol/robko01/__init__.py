@@ -22,11 +22,9 @@ from firmware_protocol.robko01.messages import Busy as Busy
 from firmware_protocol.robko01.messages import Clear as Clear
 from firmware_protocol.robko01.messages import Disable as Disable
 from firmware_protocol.robko01.messages import Enable as Enable
-from firmware_protocol.robko01.messages import GetRobotId as GetRobotId
 from firmware_protocol.robko01.messages import Inputs as Inputs
 from firmware_protocol.robko01.messages import InputsRead as InputsRead
 from firmware_protocol.robko01.messages import IsMoving as IsMoving
-from firmware_protocol.robko01.messages import LoadPosition as LoadPosition
 from firmware_protocol.robko01.messages import MoveAbsolute as MoveAbsolute
 from firmware_protocol.robko01.messages import MoveRelative as MoveRelative
 from firmware_protocol.robko01.messages import MoveSpeed as MoveSpeed
@@ -39,8 +37,5 @@ from firmware_protocol.robko01.messages import Pong as Pong
 from firmware_protocol.robko01.messages import Position as Position
 from firmware_protocol.robko01.messages import Positions as Positions
 from firmware_protocol.robko01.messages import Request as Request
-from firmware_protocol.robko01.messages import RobotId as RobotId
-from firmware_protocol.robko01.messages import SavePosition as SavePosition
-from firmware_protocol.robko01.messages import SetRobotId as SetRobotId
 from firmware_protocol.robko01.messages import Status as Status
 from firmware_protocol.robko01.messages import Stop as Stop

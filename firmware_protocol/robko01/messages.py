@@ -12,7 +12,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from enum import IntEnum
-from functools import partial
 from typing import ClassVar, Self, TypeAlias, get_args
 
 from firmware_protocol.errors import BadField, RemoteProtocolError
@@ -38,7 +37,11 @@ _TWELVE = struct.Struct(f"<{2 * AXES}h")
 
 
 class Op(IntEnum):
-    """A request's operation; the answer has the same number."""
+    """A request's operation; the answer has the same number.
+
+    The firmware also has a name that it only echoes (13, 14), and numbers for stored positions that
+    it does not carry out (15, 16). Neither end here uses them.
+    """
 
     PING = 1
     STOP = 2
@@ -52,10 +55,6 @@ class Op(IntEnum):
     IS_MOVING = 10
     POSITION = 11
     MOVE_SPEED = 12
-    SET_ROBOT_ID = 13
-    GET_ROBOT_ID = 14
-    SAVE_POSITION = 15
-    LOAD_POSITION = 16
 
 
 class Status(IntEnum):
@@ -224,18 +223,6 @@ class Position(_OfNothing):
     op = Op.POSITION
 
 
-class SavePosition(_OfNothing):
-    """Defined but not implemented by the firmware: it does not answer."""
-
-    op = Op.SAVE_POSITION
-
-
-class LoadPosition(_OfNothing):
-    """Defined but not implemented by the firmware: it does not answer."""
-
-    op = Op.LOAD_POSITION
-
-
 class MoveRelative(_OfAxes):
     """Move every axis by a distance, uncoordinated. The answer comes at once."""
 
@@ -263,18 +250,6 @@ class Outputs(_OfByte):
     op = Op.OUTPUTS
 
 
-class SetRobotId(_OfBytes):
-    """Set the robot's name. The firmware returns it and does not store it."""
-
-    op = Op.SET_ROBOT_ID
-
-
-class GetRobotId(_OfBytes):
-    """Ask for the robot's name. Send no bytes, because the firmware would return those."""
-
-    op = Op.GET_ROBOT_ID
-
-
 Request: TypeAlias = (
     Ping
     | Stop
@@ -288,23 +263,16 @@ Request: TypeAlias = (
     | IsMoving
     | Position
     | MoveSpeed
-    | SetRobotId
-    | GetRobotId
-    | SavePosition
-    | LoadPosition
 )
 
 
 # The answers: a status, and a payload if the operation has one.
 
-VALUED = frozenset(
-    (Op.PING, Op.INPUTS, Op.IS_MOVING, Op.POSITION, Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
-)
+VALUED = frozenset((Op.PING, Op.INPUTS, Op.IS_MOVING, Op.POSITION))
 """Operations whose OK answer always has a payload and is never an `Acknowledged`.
 
 `Op.OUTPUTS` is not among them: some firmware answers with the byte, some without.
 """
-_ID_OPS = (Op.SET_ROBOT_ID, Op.GET_ROBOT_ID)
 
 
 @message(op=numbered(Op), status=numbered(Status))
@@ -359,11 +327,6 @@ class Moving(_OfByte):
 
     op, status = Op.IS_MOVING, Status.OK
 
-    @property
-    def axes(self) -> tuple[int, ...]:
-        """The numbers of the axes that move."""
-        return tuple(axis for axis in range(AXES) if self.value >> axis & 1)
-
 
 class Positions(_OfAxes):
     """The position of every axis, wrapped to 16 bits, and its speed."""
@@ -371,35 +334,14 @@ class Positions(_OfAxes):
     op, status = Op.POSITION, Status.OK
 
 
-@message(op=numbered(Op), robot_id=_PAYLOAD)
-class RobotId:
-    """The answer to `SetRobotId` or `GetRobotId`."""
-
-    status: ClassVar[Status] = Status.OK
-    op: Op
-    robot_id: bytes = b""
-
-    def __post_init__(self) -> None:
-        if self.op not in _ID_OPS:
-            raise BadField("op", self.op, "SET_ROBOT_ID or GET_ROBOT_ID")
-
-    @property
-    def payload(self) -> bytes:
-        """The id, unchanged."""
-        return self.robot_id
-
-
-Answer: TypeAlias = (
-    Acknowledged | Busy | Pong | OutputsSet | InputsRead | Moving | Positions | RobotId
-)
+Answer: TypeAlias = Acknowledged | Busy | Pong | OutputsSet | InputsRead | Moving | Positions
 
 
 # Encoding and decoding.
 
 _REQUESTS: dict[Op, type[Request]] = {kind.op: kind for kind in get_args(Request)}
 _VALUES: dict[Op, Callable[[bytes], Answer]] = {
-    **{kind.op: kind.read for kind in (Pong, OutputsSet, InputsRead, Moving, Positions)},
-    **{op: partial(RobotId, op) for op in _ID_OPS},
+    kind.op: kind.read for kind in (Pong, OutputsSet, InputsRead, Moving, Positions)
 }
 """Decoders for the payloads of OK answers."""
 

@@ -8,10 +8,8 @@ from firmware_protocol.teachmover.host import Event as Event
 from firmware_protocol.teachmover.host import Host as Host
 from firmware_protocol.teachmover.messages import ATTENTION as ATTENTION
 from firmware_protocol.teachmover.messages import SPEED_MAX as SPEED_MAX
-from firmware_protocol.teachmover.messages import Arm as Arm
 from firmware_protocol.teachmover.messages import Close as Close
 from firmware_protocol.teachmover.messages import Command as Command
-from firmware_protocol.teachmover.messages import Delay as Delay
 from firmware_protocol.teachmover.messages import Key as Key
 from firmware_protocol.teachmover.messages import ProgramRow as ProgramRow
 from firmware_protocol.teachmover.messages import QDump as QDump

@@ -23,7 +23,6 @@ from firmware_protocol.events import Stray, Unreadable
 from firmware_protocol.fields import message
 from firmware_protocol.lines import LineHost
 from firmware_protocol.teachmover.messages import (
-    ATTENTION,
     CR,
     NOISE,
     Command,
@@ -118,7 +117,7 @@ class Host(LineHost[Event]):
             )
         self._keep_early()
         self._mark_early()
-        data = encode_command(command, ATTENTION)
+        data = encode_command(command)
         self._command, self._awaits = command, Due.STATUS
         return data
 

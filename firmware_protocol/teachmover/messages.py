@@ -13,7 +13,6 @@ from enum import IntEnum
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import (
-    BadField,
     LocalProtocolError,
     RemoteProtocolError,
     chosen_by_sender,
@@ -105,19 +104,9 @@ class ProgramRow:
 
 
 ATTENTION = "@"
-"""The character that a command starts with, until `Arm` changes it."""
+"""The character that a command starts with. An arm can be told another one (`@ARM`), which neither
+end here uses; nor do they use `@DELAY`."""
 REGISTER_NUMBERS = 7
-
-
-def _attention(field: str, value: object) -> str:
-    """Return a character that may start commands, or raise `BadField`.
-
-    Letters, digits, comma, minus and space are refused: a command is made of them.
-    """
-    fits = isinstance(value, str) and len(value) == 1 and "!" <= value <= "~"
-    if not (fits and isinstance(value, str)) or value.isalnum() or value in ",-":
-        raise BadField(field, value, "one printable ASCII sign, no letter, digit, comma or minus")
-    return value
 
 
 class Status(IntEnum):
@@ -163,71 +152,52 @@ class Step:
     steps: tuple[int, ...]
     output: int | None = None
 
-    @property
-    def arguments(self) -> tuple[int, ...]:
-        """The numbers after the command's name."""
-        return (self.speed, *self.steps, *(() if self.output is None else (self.output,)))
-
 
 @message()
-class _Plain:
-    """A command without arguments."""
-
-    @property
-    def arguments(self) -> tuple[int | str, ...]:
-        """The numbers after the command's name: none."""
-        return ()
-
-
-class Read(_Plain):
+class Read:
     """Ask for the position registers, the last key and the inputs."""
 
     name: ClassVar[str] = "READ"
 
 
-class Reset(_Plain):
+@message()
+class Reset:
     """Zero the position registers **and switch the motor current off**: the arm can sag."""
 
     name: ClassVar[str] = "RESET"
 
 
-class Run(_Plain):
+@message()
+class Run:
     """Run the program in the arm's memory."""
 
     name: ClassVar[str] = "RUN"
 
 
-class QDump(_Plain):
+@message()
+class QDump:
     """Ask for the program in the arm's memory."""
 
     name: ClassVar[str] = "QDUMP"
 
 
 @message(speed=optional(SPEED))
-class _AtSpeed:
-    """A command whose one argument is a speed, 0 to 245, that may be left out.
+class Close:
+    """Close the gripper until its switch trips; slow, and nothing stops it from the host.
 
-    That the arm takes a speed here is known only from a public program that sends one.
+    That the arm takes a speed here and in `Set` is known only from a public program that sends one.
     """
 
+    name: ClassVar[str] = "CLOSE"
     speed: int | None = None
 
-    @property
-    def arguments(self) -> tuple[int, ...]:
-        """The numbers after the command's name."""
-        return () if self.speed is None else (self.speed,)
 
-
-class Close(_AtSpeed):
-    """Close the gripper until its switch trips; slow, and nothing stops it from the host."""
-
-    name: ClassVar[str] = "CLOSE"
-
-
-class Set(_AtSpeed):
+@message(speed=optional(SPEED))
+class Set:
     """Hand control to the pendant; the answer comes when the pendant gives it back."""
 
     name: ClassVar[str] = "SET"
+    speed: int | None = None
 
 
 @message(row=an_instance(ProgramRow, "a ProgramRow"))
@@ -236,40 +206,6 @@ class QWrite:
 
     name: ClassVar[str] = "QWRITE"
     row: ProgramRow
-
-    @property
-    def arguments(self) -> tuple[int, ...]:
-        """The numbers after the command's name."""
-        return self.row.words
-
-
-@message(attention=_attention)
-class Arm:
-    """Make commands start with another character from now on."""
-
-    name: ClassVar[str] = "ARM"
-    attention: str
-
-    @property
-    def arguments(self) -> tuple[str, ...]:
-        """The character after the command's name."""
-        return (self.attention,)
-
-
-@message(count=WORD)
-class Delay:
-    """Make the arm pause between the characters that it sends; the unit is unverified.
-
-    So is the largest count: 16 bit are admitted here.
-    """
-
-    name: ClassVar[str] = "DELAY"
-    count: int
-
-    @property
-    def arguments(self) -> tuple[int, ...]:
-        """The numbers after the command's name."""
-        return (self.count,)
 
 
 def _key(field: str, value: object) -> Key | int:
@@ -307,7 +243,7 @@ class Registers:
         return (*self.positions, self.key << 8 | self.inputs)
 
 
-Command: TypeAlias = Step | Read | Close | Reset | Set | Run | QDump | QWrite | Arm | Delay
+Command: TypeAlias = Step | Read | Close | Reset | Set | Run | QDump | QWrite
 Reply: TypeAlias = Status | Registers | ProgramRow
 
 
@@ -334,10 +270,19 @@ _SPACES = re.compile(rb" *, *| +")
 _STATUS_LINES = {b"%d" % status: status for status in Status}
 
 
-def encode_command(command: Command, attention: str) -> bytes:
+def encode_command(command: Command) -> bytes:
     """Return the line that gives a command, with its CR."""
-    arguments = ",".join(str(argument) for argument in command.arguments)
-    return f"{attention}{command.name} {arguments}".rstrip(" ").encode("ascii") + CR
+    match command:
+        case Step(speed, steps, output):
+            numbers: tuple[int | None, ...] = (speed, *steps, output)
+        case Close(speed) | Set(speed):
+            numbers = (speed,)
+        case QWrite(row):
+            numbers = row.words
+        case _:
+            numbers = ()
+    text = ",".join(str(number) for number in numbers if number is not None)
+    return f"{ATTENTION}{command.name} {text}".rstrip(" ").encode("ascii") + CR
 
 
 def encode_reply(reply: Reply) -> bytes:
@@ -367,21 +312,44 @@ def decode_reply(line: bytes) -> Reply:
     return _row(fields)
 
 
+_COMMANDS: dict[str, tuple[range, Callable[..., Command]]] = {
+    Step.name: (
+        range(MOTORS + 1, MOTORS + 3),
+        lambda speed, *counts: Step(speed, counts[:MOTORS], *counts[MOTORS:]),
+    ),
+    Close.name: (range(2), Close),
+    Set.name: (range(2), Set),
+    QWrite.name: (
+        range(ROW_WORDS, ROW_WORDS + 1),
+        lambda *words: QWrite(ProgramRow.from_words(words)),
+    ),
+    **{kind.name: (range(1), kind) for kind in (Read, Reset, Run, QDump)},
+}
+"""How many numbers may follow the name of a command, and what makes a command of them."""
+
+
 def decode_command(body: bytes) -> Command:
     """Decode a command without its attention character. Raises `RemoteProtocolError`.
 
-    Names may be cut down to three letters. After a command without arguments there may be an empty
-    one or a 0, as public programs send it (`@READ, `, `@RESET, 0`).
+    Names may be cut down to three letters. After the name there may be a comma, and a 0, as public
+    programs send them (`@READ, `, `@RESET, 0`).
     """
     found = _COMMAND.fullmatch(body.rstrip(PADDING))
     if found is None:
         raise RemoteProtocolError("no command in upper case follows the attention character")
     word = found[1].decode("ascii")
-    name = next((n for n in _READERS if len(word) >= ABBREVIATED and n.startswith(word)), None)
+    name = next((n for n in _COMMANDS if len(word) >= ABBREVIATED and n.startswith(word)), None)
     if name is None:
         raise RemoteProtocolError(f"no command is named {word[:16]}")
+    counts, command = _COMMANDS[name]
+    fields = _fields(found[2].strip(PADDING), _COMMA)
+    if fields in ([b""], [b"", b"0"]):
+        fields = []
+    if len(fields) not in counts:
+        raise RemoteProtocolError(f"{name} with {len(fields)} numbers after it")
+    numbers = _integers(fields)
     try:
-        return _READERS[name](_fields(found[2].strip(PADDING), _COMMA))
+        return command(*numbers)
     except LocalProtocolError as error:  # the sender chose a value out of range
         raise RemoteProtocolError(f"{name}: {error}") from None
 
@@ -416,65 +384,3 @@ def _row(fields: list[bytes]) -> ProgramRow:
             f"{REGISTER_NUMBERS}, a program row has {ROW_WORDS}"
         )
     return ProgramRow.from_words(_integers(fields))
-
-
-def _step(fields: list[bytes]) -> Step:
-    speed, *counts = _counted(fields, 1 + MOTORS, 1 + MOTORS + 1)
-    return Step(speed, tuple(counts[:MOTORS]), counts[MOTORS] if len(counts) > MOTORS else None)
-
-
-def _qwrite(fields: list[bytes]) -> QWrite:
-    return QWrite(ProgramRow.from_words(_counted(fields, ROW_WORDS, ROW_WORDS)))
-
-
-def _delay(fields: list[bytes]) -> Delay:
-    return Delay(*_counted(fields, 1, 1))
-
-
-def _arm(fields: list[bytes]) -> Arm:
-    if len(fields) != 1:
-        raise RemoteProtocolError("ARM takes one character")
-    return Arm(fields[0].decode("latin-1"))
-
-
-def _counted(fields: list[bytes], least: int, most: int) -> tuple[int, ...]:
-    """Read integers where their number fits."""
-    if not least <= len(fields) <= most:
-        wanted = f"{least}" if least == most else f"{least} or {most}"
-        raise RemoteProtocolError(f"numbers after the name: {len(fields)} where {wanted} belong")
-    return _integers(fields)
-
-
-def _nothing(fields: list[bytes]) -> None:
-    if any(field not in (b"", b"0") for field in fields):
-        raise RemoteProtocolError("the command takes nothing more")
-
-
-def _plain(command: Callable[[], Command]) -> Callable[[list[bytes]], Command]:
-    def read(fields: list[bytes]) -> Command:
-        _nothing(fields)
-        return command()
-
-    return read
-
-
-def _at_speed(command: type[Close | Set]) -> Callable[[list[bytes]], Command]:
-    def read(fields: list[bytes]) -> Command:
-        _nothing(fields[1:])
-        return command(*_integers([field for field in fields[:1] if field]))
-
-    return read
-
-
-_READERS: dict[str, Callable[[list[bytes]], Command]] = {
-    Step.name: _step,
-    Read.name: _plain(Read),
-    Close.name: _at_speed(Close),
-    Reset.name: _plain(Reset),
-    Set.name: _at_speed(Set),
-    Run.name: _plain(Run),
-    QDump.name: _plain(QDump),
-    QWrite.name: _qwrite,
-    Arm.name: _arm,
-    Delay.name: _delay,
-}

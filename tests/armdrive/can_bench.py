@@ -36,8 +36,6 @@ def until_lost(link) -> str:
 class EchoDrive:
     """A device that replies to each frame with the same data and the next id, after a time."""
 
-    byte_gap_s = 0.0
-
     def __init__(self, after_s: float = 0.0) -> None:
         self.heard: list[tuple[float, Frame]] = []
         self.mute = False

@@ -225,8 +225,6 @@ def lead_to_bus(monkeypatch, config) -> None:
 class ScriptedDevice(Link):
     """A device that is no arm: it sends its bytes at their times, and `answers` to everything."""
 
-    byte_gap_s = 0.0
-
     def __init__(self, *says: tuple[float, bytes], baud: int = 9600, answers: bytes = b"") -> None:
         self.board = SimpleNamespace(baud=baud)
         self.heard = b""

@@ -21,8 +21,6 @@ GRASP_PITCH_DEG = -90.0
 class SilentDevice:
     """A device that sends nothing, and keeps what it receives with the time."""
 
-    byte_gap_s = 0.0
-
     def __init__(self) -> None:
         self.received: list[tuple[float, bytes]] = []
 

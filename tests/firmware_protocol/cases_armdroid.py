@@ -21,7 +21,6 @@ PLAIN = st.one_of(
             armdroid.ReportOffsets(),
             armdroid.ZeroOffsets(),
             armdroid.Version(),
-            armdroid.InterfaceKind(),
             armdroid.ReportArguments(),
         ]
     ),
@@ -32,7 +31,6 @@ ANSWERS_OF = {
     armdroid.SpeedReported: st.builds(armdroid.SpeedReported, INT16),
     armdroid.TorqueReported: st.builds(armdroid.TorqueReported, st.booleans()),
     armdroid.VersionReported: st.builds(armdroid.VersionReported, WORDS, st.none() | WORDS),
-    armdroid.InterfaceReported: st.builds(armdroid.InterfaceReported, WORDS),
     armdroid.ArgumentsReported: st.builds(
         armdroid.ArgumentsReported, st.tuples(*[INT16] * 5), INT16
     ),
@@ -52,7 +50,6 @@ def some_answer(device: armdroid.Device):
         armdroid.SpeedReported: armdroid.SpeedReported(100),
         armdroid.TorqueReported: armdroid.TorqueReported(on=True),
         armdroid.VersionReported: armdroid.VersionReported(),
-        armdroid.InterfaceReported: armdroid.InterfaceReported(),
         armdroid.ArgumentsReported: armdroid.ArgumentsReported(
             device.arguments, device.accumulator
         ),

@@ -18,8 +18,6 @@ PLAIN = [
     robko01.Inputs,
     robko01.IsMoving,
     robko01.Position,
-    robko01.SavePosition,
-    robko01.LoadPosition,
 ]
 REQUESTS = st.one_of(
     st.sampled_from([kind() for kind in PLAIN]),
@@ -29,7 +27,6 @@ REQUESTS = st.one_of(
         for kind in (robko01.MoveRelative, robko01.MoveAbsolute, robko01.MoveSpeed)
     ],
     st.builds(robko01.Outputs, BYTE),
-    *[st.builds(kind, PAYLOAD) for kind in (robko01.SetRobotId, robko01.GetRobotId)],
 )
 VALUES = {
     robko01.Op.INPUTS: st.builds(robko01.InputsRead, BYTE),
@@ -37,8 +34,6 @@ VALUES = {
     robko01.Op.POSITION: st.builds(robko01.Positions, AXES),
     robko01.Op.OUTPUTS: st.builds(robko01.OutputsSet, BYTE)
     | st.just(robko01.Acknowledged(robko01.Op.OUTPUTS)),
-    robko01.Op.SET_ROBOT_ID: st.builds(robko01.RobotId, st.just(robko01.Op.SET_ROBOT_ID), PAYLOAD),
-    robko01.Op.GET_ROBOT_ID: st.builds(robko01.RobotId, st.just(robko01.Op.GET_ROBOT_ID), PAYLOAD),
 }
 NOT_OK = st.sampled_from([robko01.Status.ERROR, robko01.Status.BUSY, robko01.Status.TIMEOUT])
 

@@ -9,7 +9,7 @@ from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognitio
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, moved, plain, standing
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.events import Unreadable
-from firmware_protocol.robko01 import Host, Op, Ping, Stray
+from firmware_protocol.robko01 import Host, Ping, Stray
 from firmware_protocol.robko01.frames import FrameSplitter, SuperFrame
 from firmware_protocol.robko01.messages import (
     AXIS_NAMES,
@@ -85,8 +85,6 @@ class RobkoFrames:
 def _weighed(frame: SuperFrame | Unreadable) -> Message:
     if isinstance(frame, Unreadable):
         return Message(frame.data, Weight.ANSWER)
-    if frame.op in (Op.GET_ROBOT_ID, Op.SET_ROBOT_ID):
-        return Message(frame.raw, Weight.SELF)
     return Message(frame.raw, Weight.MOMENT, bytes((frame.op,)))
 
 

@@ -26,9 +26,7 @@ from armdrive.dialects.words import (
     standing,
 )
 from firmware_protocol.teachmover.messages import (
-    ATTENTION,
     MOVE_KIND,
-    Arm,
     Close,
     Key,
     ProgramRow,
@@ -87,7 +85,6 @@ SENTENCES: Sentences = MappingProxyType(
         Reset: lambda _: "zero the registers and switch the motors off",
         Close: lambda message: f"close the gripper until its switch trips{_at_speed(message)}",
         Set: lambda message: f"give control to the pendant{_at_speed(message)}",
-        Arm: lambda message: f"begin commands with {message.attention} from now on",
         QDump: lambda _: "send the arm's own program",
         QWrite: lambda message: f"write into the arm's own program: {_row(message.row)}",
         ProgramRow: _row,
@@ -129,7 +126,7 @@ RECOGNITION = Recognition(
     (
         # sent late: an Armdroid that was too busy to answer has no motion to repeat after this
         Probe(HARMLESS, HARMLESS_LINE, 0.5, risk=Risk.SETTINGS),
-        Probe("@READ", encode_command(Read(), ATTENTION), 1.0, risk=Risk.MOTION, after=HARMLESS),
+        Probe("@READ", encode_command(Read()), 1.0, risk=Risk.MOTION, after=HARMLESS),
     ),
 )
 

@@ -316,15 +316,6 @@ def test_a_second_line_waits_for_the_first():
     assert wire.next_s() == pytest.approx(4 * BYTE_S, abs=1e-12)
 
 
-def test_a_pause_holds_for_the_bytes_pushed_with_it():
-    wire = PacedWire(9600)
-    wire.push(b"a", 0.0)
-    wire.push(b"bc", 0.0, 0.01)
-    assert wire.pull(BYTE_S) == b"a"
-    wire.pull(2 * BYTE_S + 0.01)
-    assert wire.next_s() == pytest.approx(3 * BYTE_S + 0.02, abs=1e-12)
-
-
 def test_cleared_bytes_never_arrive():
     wire = PacedWire(9600)
     wire.push(b"lost", 0.0)
@@ -355,8 +346,6 @@ def test_nothing_is_lost_reordered_or_early_however_often_one_looks(lines, looks
 
 class Echo:
     """A device that repeats a line, a tenth of a second after it has heard its end."""
-
-    byte_gap_s = 0.0
 
     def __init__(self):
         self.due = []

@@ -30,10 +30,11 @@ from armdrive.trace.entries import (
 )
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader, Narrator, Topic, describer
 from armdrive.trace.recorder import FlightRecorder
+from firmware_protocol.armdroid import DriveOne
 from firmware_protocol.events import Overrun, Stray, Unreadable, UnreadableFrame
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Foreign
-from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
+from firmware_protocol.teachmover.messages import Close, Key, Registers, Status
 from kinematics import Motors
 
 
@@ -345,7 +346,7 @@ def test_device_messages_are_described(dialect, data, words):
 
 def test_any_message_has_words_of_its_name_and_its_fields():
     wording = describer("teachmover").wording
-    assert wording(Delay(12)) == "delay: count 12"
+    assert wording(DriveOne(2, 12)) == "drive one: motor 2, steps 12"
     assert wording(Close()) == "close the gripper until its switch trips"
     assert wording(Close(90)) == "close the gripper until its switch trips at speed 90"
     pressed = Registers((0,) * 6, Key.STOP, 3)
@@ -414,7 +415,7 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     [
         (Unreadable(b"ok1\xff", "no answer"), r"unreadable: `ok1\xff`: no answer"),
         (Stray(Status.DONE), "stray: answer done"),
-        (Stray(Delay(12)), "stray: answer delay: count 12"),
+        (Stray(DriveOne(2, 12)), "stray: answer drive one: motor 2, steps 12"),
         (Overrun(3), "overrun: count 3"),
         (UnreadableFrame(Frame(1, b"\x31\x02"), "bad sum"), "unreadable frame: 001#3102: bad sum"),
         (Foreign(Frame(0x123)), "foreign: frame 123#"),

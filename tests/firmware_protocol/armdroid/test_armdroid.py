@@ -18,8 +18,6 @@ from firmware_protocol.armdroid import (
     DropArguments,
     HomeToOffsets,
     Host,
-    InterfaceKind,
-    InterfaceReported,
     OddSpeed,
     OffsetsReported,
     ReportArguments,
@@ -68,7 +66,6 @@ def cleared() -> Host:
         (Torque(True), b"1t"),
         (Torque(False), b"0t"),
         (Version(), b"v"),
-        (InterfaceKind(), b"V"),
         (ReportArguments(), b"g"),
         (Clear(), b",d"),
         (DropArguments(), b",,,,,d"),
@@ -90,7 +87,6 @@ def test_a_command_becomes_these_characters(command, data):
         (Torque(False), b"torque = disabled\r\n", TorqueReported(False)),
         (Version(), b"firmware version = 2.0/protocol = 1.0a\r\n", VersionReported("2.0", "1.0a")),
         (Version(), b"version = 1.3\r\n", VersionReported("1.3", None)),
-        (InterfaceKind(), b"interface = logic-drive\r\n", InterfaceReported("logic-drive")),
         (ReportArguments(), b"debug = 1 2 3 4 -5 6\r\n", ArgumentsReported((1, 2, 3, 4, -5), 6)),
     ],
 )
@@ -199,7 +195,6 @@ REFUSED = [
     (lambda: TorqueReported("on"), "on"),
     (lambda: VersionReported(""), "firmware"),
     (lambda: VersionReported("2.0", "1/0"), "protocol"),
-    (lambda: InterfaceReported("two words"), "kind"),
     (lambda: ArgumentsReported((0,) * 6, 0), "arguments"),
     (lambda: ArgumentsReported((0,) * 5, None), "accumulator"),
 ]
@@ -259,7 +254,6 @@ def said(data: bytes, device: armdroid.Device | None = None) -> list[object]:
             ],
         ),
         (b"v", [armdroid.Version()]),
-        (b"V", [armdroid.InterfaceKind()]),
         (b"g", [armdroid.ReportArguments()]),
     ],
 )
@@ -289,7 +283,6 @@ def test_driving_one_motor_leaves_its_number_behind_as_an_argument():
         (b"h", (7, 0, 0, 0, 0), 8, 1),
         (b"o", (7, 0, 0, 0, 0), 8, 1),
         (b"v", (7, 0, 0, 0, 0), 8, 1),
-        (b"V", (7, 0, 0, 0, 0), 8, 1),
         (b"g", (7, 0, 0, 0, 0), 8, 1),
         (b"s", (7, 0, 0, 0, 0), 0, 1),
         (b"t", (7, 0, 0, 0, 0), 0, 1),
@@ -322,27 +315,6 @@ def test_a_new_session_forgets_everything_half_received():
     said(b"1,2,3", device)
     assert device.send(armdroid.Welcome()) == b"Welcome, Armdroid!\r\n"
     assert (device.arguments, device.accumulator, device.clean) == (ZEROS, 0, True)
-
-
-@every_row(
-    "data, answer, line",
-    [
-        (b"o", armdroid.OffsetsReported((1, -2, 3, -4, 5, -6)), b"offsets = 1,-2,3,-4,5,-6\r\n"),
-        (b"100s", armdroid.SpeedReported(100), b"speed = 100\r\n"),
-        (b"1t", armdroid.TorqueReported(True), b"torque = enabled\r\n"),
-        (b"0t", armdroid.TorqueReported(False), b"torque = disabled\r\n"),
-        (b"v", armdroid.VersionReported(), b"firmware version = 2.0/protocol = 1.0a\r\n"),
-        (b"v", armdroid.VersionReported("1.3", None), b"version = 1.3\r\n"),
-        (b"V", armdroid.InterfaceReported(), b"interface = direct-drive\r\n"),
-        (b"g", armdroid.ArgumentsReported((1, 2, 3, 4, -5), 6), b"debug = 1 2 3 4 -5 6\r\n"),
-    ],
-)
-def test_answers_are_printed_as_the_sketch_prints_them(data, answer, line):
-    device = armdroid.Device()
-    device.receive_data(data)
-    assert device.next_event() is not None
-    assert device.send(answer) == line
-    assert device.unanswered is None
 
 
 def test_commands_during_a_motion_wait_for_its_answer():
@@ -406,19 +378,6 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         assert (host.outstanding, device.unanswered) == (None, None)
         assert host.clean
         assert device.clean
-
-
-@given(st.binary(max_size=100), PLAIN)
-def test_after_noise_a_clear_makes_the_next_command_mean_what_it_says(noise, command):
-    host, device = armdroid.Host(), armdroid.Device()
-    device.receive_data(noise)
-    events(device)
-    for each in (armdroid.Clear(), command):
-        device.receive_data(host.send(each))
-        request = device.next_event()
-        host.receive_data(device.send(some_answer(device)))
-        assert isinstance(host.next_event(), armdroid.Completed)
-    assert request == command
 
 
 @given(st.lists(PLAIN, max_size=6))

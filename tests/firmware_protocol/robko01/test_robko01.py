@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from firmware_protocol import robko01
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
-from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
     FLUSH,
     Acknowledged,
@@ -24,7 +23,6 @@ from firmware_protocol.robko01 import (
     Pong,
     Position,
     Positions,
-    Status,
     Stop,
     Stray,
     Unreadable,
@@ -60,15 +58,10 @@ REQUEST_BYTES = [
     (robko01.Inputs(), "AA 01 01 09 AB 08"),
     (robko01.IsMoving(), "AA 01 01 0A AB 0B"),
     (robko01.Position(), "AA 01 01 0B AB 0A"),
-    (robko01.GetRobotId(), "AA 01 01 0E AB 0F"),
-    (robko01.SavePosition(), "AA 01 01 0F AB 0E"),
-    (robko01.LoadPosition(), "AA 01 01 10 AB 11"),
     # C0 = AA ^ 03 ^ 48 = E1; C1 = 01 ^ 01 ^ 69 = 69
     (robko01.Ping(b"Hi"), "AA 01 03 01 48 69 E1 69"),
     # C0 = AA ^ 02 ^ 05 = AD; C1 = 01 ^ 08 = 09
     (robko01.Outputs(5), "AA 01 02 08 05 AD 09"),
-    # C0 = AA ^ 02 ^ 07 = AF; C1 = 01 ^ 0D = 0C
-    (robko01.SetRobotId(b"\x07"), "AA 01 02 0D 07 AF 0C"),
     # C0 = AA ^ 19 ^ 01 ^ 64 ^ FE ^ 64 = 4C; C1 = 01 ^ op ^ FF = FE ^ op
     (robko01.MoveRelative(TWO), f"AA 01 19 06 01 00 64 00 FE FF 64 00{REST} 4C F8"),
     (robko01.MoveAbsolute(TWO), f"AA 01 19 07 01 00 64 00 FE FF 64 00{REST} 4C F9"),
@@ -85,8 +78,6 @@ ANSWER_BYTES = [
     (robko01.OutputsSet(0x0F), "AA 02 03 08 01 0F A8 05"),
     (robko01.InputsRead(0x81), "AA 02 03 09 01 81 A8 8A"),
     (robko01.Moving(0x21), "AA 02 03 0A 01 21 A8 29"),
-    (robko01.RobotId(robko01.Op.SET_ROBOT_ID, b"\x07"), "AA 02 03 0D 01 07 A8 08"),
-    (robko01.RobotId(robko01.Op.GET_ROBOT_ID), "AA 02 02 0E 01 A9 0C"),
     (robko01.Pong(), "AA 02 02 01 01 A9 03"),
     # C0 = AA ^ 04 ^ 01 ^ 69 = C6; C1 = 02 ^ 01 ^ 48 = 4B
     (robko01.Pong(b"Hi"), "AA 02 04 01 01 48 69 C6 4B"),
@@ -198,8 +189,6 @@ def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
         (lambda: robko01.Axes((0,) * 5), "positions_steps"),
         (lambda: robko01.Axes((0, 0, 32768, 0, 0, 0)), r"positions_steps\[2\]"),
         (lambda: robko01.Axes((0,) * 6, (0, 1.0, 0, 0, 0, 0)), r"speeds_steps_s\[1\]"),
-        (lambda: robko01.SetRobotId(b"x" * 27), "payload"),
-        (lambda: robko01.RobotId(robko01.Op.PING), "op"),
         (lambda: robko01.Busy(17, 0), "op"),
         (lambda: robko01.Busy(robko01.Op.STOP, 256), "moving"),
         (lambda: robko01.Acknowledged(robko01.Op.STOP, 5), "status"),
@@ -210,16 +199,6 @@ def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
 def test_what_the_protocol_cannot_carry_cannot_be_built(build, field):
     with pytest.raises(BadField, match=f"^{field} must be"):
         build()
-
-
-def test_the_moving_mask_names_its_axes():
-    assert robko01.Moving(0b100101).axes == (0, 2, 5)
-
-
-@given(st.integers(-(10**9), 10**9))
-def test_a_position_is_wrapped_to_16_bits(position):
-    assert -32768 <= wrapped16(position) <= 32767
-    assert (wrapped16(position) - position) % 65536 == 0
 
 
 # -- Machines --------------------------------------------------------------------------------------
@@ -268,10 +247,6 @@ def test_an_answer_to_another_operation_is_stray():
     assert host.outstanding == Position()
 
 
-def test_an_answer_that_nobody_awaits_is_stray():
-    assert events(Host(), STOPPED) == [Stray(Acknowledged(Op.STOP))]
-
-
 def test_the_late_answer_to_a_forgotten_request_is_stray():
     host = asked(Stop())
     host.forget()
@@ -289,11 +264,6 @@ def test_a_ping_knows_its_own_answer():
     late, right = events(host, encode_answer(Pong(b"one")) + encode_answer(Pong(b"two")))
     assert late == Stray(Pong(b"one"))
     assert right == Answered(Ping(b"two"), Pong(b"two"))
-
-
-def test_a_ping_can_be_refused():
-    refused = Acknowledged(Op.PING, Status.ERROR)
-    assert events(asked(Ping(b"x")), encode_answer(refused)) == [Answered(Ping(b"x"), refused)]
 
 
 @every_row("cut", range(len(STOPPED) + 1))
@@ -423,26 +393,6 @@ def test_every_byte_is_told_once_and_in_order(pieces):
         at += len(data)
 
 
-@given(st.binary(max_size=200), EXCHANGES, st.data())
-def test_after_noise_a_good_frame_is_heard_once_a_silence_follows(noise, exchange, data):
-    request, answer = exchange
-    chunks = data.draw(chunked(noise + encode_request(request)))
-    assert decode_request(split(*chunks, silence=True)[-1]) == request
-    host = asked(request)
-    before = carried(data.draw, noise, host)
-    host.receive_data(encode_answer(answer))
-    host.silence()
-    *after, last = events(host)
-    assert last == Answered(request, answer)
-    assert all(isinstance(event, Unreadable) for event in (*before, *after))
-
-
-@given(st.binary(max_size=80), REQUESTS.map(encode_request))
-def test_after_noise_a_good_frame_is_heard_once_a_longest_frame_has_followed(noise, frame):
-    found = split(noise + frame + bytes(robko01.FRAME_MAX))
-    assert [entry.raw for entry in found if isinstance(entry, SuperFrame)] == [frame]
-
-
 @given(EXCHANGES, st.data())
 def test_a_frame_inside_a_payload_is_only_a_payload(exchange, data):
     inner = encode_answer(exchange[1])[:26]
@@ -451,9 +401,3 @@ def test_a_frame_inside_a_payload_is_only_a_payload(exchange, data):
     assert decode_request(frame) == Ping(inner)
     found = carried(data.draw, encode_answer(Pong(inner)), host)
     assert found == [Answered(Ping(inner), Pong(inner))]
-
-
-def test_an_endless_noise_is_told_in_runs():
-    *runs, last = split(*[b"\xaa\x01"] * 64, encode_request(Stop()))
-    assert [len(run.data) for run in runs] == [64, 64]
-    assert last.raw == encode_request(Stop())

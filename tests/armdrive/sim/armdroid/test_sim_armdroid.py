@@ -115,7 +115,6 @@ class TestCharacters:
         ("said", "answer"),
         [
             ("v", "firmware version = 2.0/protocol = 1.0a\r\n"),
-            ("V", "interface = direct-drive\r\n"),
             ("100200g", f"debug = 0 0 0 0 0 {100200 - 131072}\r\n"),  # wraps at 16 bits
         ],
     )

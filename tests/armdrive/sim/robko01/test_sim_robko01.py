@@ -9,11 +9,9 @@ from firmware_protocol.robko01 import (
     Busy,
     Clear,
     Disable,
-    GetRobotId,
     Inputs,
     InputsRead,
     IsMoving,
-    LoadPosition,
     MoveAbsolute,
     MoveRelative,
     MoveSpeed,
@@ -24,8 +22,6 @@ from firmware_protocol.robko01 import (
     Ping,
     Pong,
     Position,
-    SavePosition,
-    SetRobotId,
     Status,
     Stop,
 )
@@ -77,14 +73,7 @@ class TestWire:
         bench.link.write(frame_bytes(Kind.REQUEST, 17, b""), bench.now_s)
         assert bench.pass_time(1.0) == b""
 
-    @pytest.mark.parametrize("request_", [SavePosition(), LoadPosition()])
-    def test_saving_and_loading_are_named_and_never_answered(self, bench, request_):
-        assert bench.ask(request_) is None
-        assert bench.ask(Ping(b"x")) == Pong(b"x")
-
-    def test_ids_and_inputs_and_outputs(self, bench):
-        assert bench.ask(SetRobotId(b"me")).robot_id == b"me"
-        assert bench.ask(GetRobotId()).robot_id == b""
+    def test_inputs_and_outputs(self, bench):
         bench.device.set_input(3, True)
         assert bench.ask(Inputs()) == InputsRead(8)
         assert bench.ask(Outputs(5)) == OutputsSet(5)

@@ -11,9 +11,7 @@ from armdrive.sim.teachmover import TeachMoverBoard, TeachMoverQuirks
 from armdrive.sim.world import World
 from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
-    Arm,
     Close,
-    Delay,
     Key,
     ProgramRow,
     QDump,
@@ -97,8 +95,8 @@ class TestSteps:
         (b"@JUMP 1", b"0\r"),
         (b"@STEP 240,1", b"0\r"),
         (b"@STEP " + b"1," * 25_000, b"0\r"),
-        (b"@DELAY 0" + b" " * 300, b"0\r"),  # the beginning of an overlong line is no command
-        (b"\0\0\n @DELAY 0", b"1\r"),
+        (b"@READ" + b" " * 300, b"0\r"),  # the beginning of an overlong line is no command
+        (b"\0\0\n @RESET", b"1\r"),
         (b"READ", b""),
         (b"x@READ", b""),
         (b"#READ", b""),
@@ -186,21 +184,6 @@ class TestCommands:
 
     def test_an_empty_program_cannot_run(self, bench):
         assert bench.ask(Run()).status is Status.FAILED
-
-    def test_another_attention_character_holds_from_then_on(self, bench):
-        assert bench.ask(Arm("#")).status is Status.DONE
-        bench.link.write(b"#READ\r", bench.now_s)
-        assert bench.pass_time(1.0) == b"1\r0,0,0,0,0,0,0\r"
-        bench.link.write(b"@READ\r", bench.now_s)
-        assert bench.pass_time(1.0) == b""
-
-    def test_a_delay_stretches_every_answer_after_its_own(self, bench):
-        bench.ask(Delay(10))
-        before = bench.now_s
-        bench.ask(Read())
-        line, answer = len(b"@READ\r"), len(b"1\r0,0,0,0,0,0,0\r")
-        expected = line * BYTE_S + answer * (BYTE_S + 0.010)
-        assert bench.now_s - before == pytest.approx(expected, abs=1e-9)
 
 
 class TestPendant:
