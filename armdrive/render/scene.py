@@ -12,14 +12,13 @@ wanted, the caller has `work_out` compute it in a thread, and gives it back to `
 from __future__ import annotations
 
 import math
-from collections import OrderedDict, deque
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache, partial
 from itertools import product
 
 from armdrive.render.camera import VIEWS, Camera, Dome, Projection, projection, side_of
-from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Stroke, raster
+from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Painted, Raster, Stroke
 from armdrive.render.figure import Stance, dome, figure, ghost, stance
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
@@ -139,10 +138,9 @@ def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
     return tuple((x + radius * math.cos(a), y + radius * math.sin(a), z) for a in angles)
 
 
-# --- The trail: a limited number of the tip's latest points, in pieces ---------------------------
+# --- The trail: a limited number of the tip's latest points ---------------------------------------
 
-PIECE = 16  # points in a piece: one that is full stays as it is, and so do its dots
-MOST_PIECES = 24
+MOST_POINTS = 400
 
 LEAP = 0.35
 """If the tip moves by this share of the reach between two updates, the position was changed.
@@ -159,36 +157,37 @@ class Trail:
     def __init__(self, reach_mm: float) -> None:
         self._leap_mm = LEAP * reach_mm
         self._spacing_mm = _SPACING * reach_mm
-        self._full: deque[Stroke] = deque(maxlen=MOST_PIECES)
-        self._points: list[Point] = []
+        self._points: deque[Point | None] = deque([None], maxlen=MOST_POINTS)
 
     def add(self, tip: Point | None) -> None:
         """Add the position of the tip now, or None while it is unknown."""
-        gone_mm = math.dist(self._points[-1], tip) if tip is not None and self._points else 0.0
-        if tip is None or gone_mm > self._leap_mm:
-            self._full.extend(self._latest)
-            self._points = []
-        if tip is None or (self._points and gone_mm < self._spacing_mm):
+        last = self._points[-1]
+        if tip is not None and last is not None:
+            gone_mm = math.dist(last, tip)
+            if gone_mm < self._spacing_mm:
+                return
+            if gone_mm > self._leap_mm:
+                self._points.append(None)
+        elif tip is last:
             return
         self._points.append(tip)
-        if len(self._points) == PIECE:
-            self._full.extend(self._latest)
-            self._points = [tip]  # the next piece continues from here
 
     def clear(self) -> None:
         """Forget the trail, except for the current position."""
-        self._full.clear()
-        self._points = self._points[-1:]
+        last = self._points[-1]
+        self._points.clear()
+        self._points.append(last)
 
     @property
     def layer(self) -> Layer:
-        """The trail as lines."""
-        return Layer((*self._full, *self._latest))
-
-    @property
-    def _latest(self) -> tuple[Stroke, ...]:
-        """The piece that still grows, as soon as it is a line."""
-        return (Stroke(Ink.DRIVEN, tuple(self._points)),) if len(self._points) > 1 else ()
+        """The trail as lines, one for each part without an interruption."""
+        parts: list[list[Point]] = [[]]
+        for point in self._points:
+            if point is None:
+                parts.append([])
+            else:
+                parts[-1].append(point)
+        return Layer(tuple(Stroke(Ink.DRIVEN, tuple(part)) for part in parts if len(part) > 1))
 
 
 # --- The outline of the reach, as lines in the arm's plane: slow to compute, therefore kept -------
@@ -292,10 +291,9 @@ class SceneSpace:
     notice: str = ""
 
     @property
-    def inks(self) -> frozenset[Ink]:
-        """The inks of all its lines."""
-        layers = (self.still, *self.moving)
-        return frozenset(stroke.ink for layer in layers for stroke in layer.strokes)
+    def layers(self) -> tuple[Layer, ...]:
+        """All layers, the lowest first."""
+        return (self.still, *self.moving)
 
 
 class Studio:
@@ -310,57 +308,55 @@ class Studio:
         self.braille = braille
         self._key: tuple[Camera, int, int] | None = None
         self._still: Layer | None = None
-        self._backdrop = self._work = raster(0, 0, braille=braille)
+        self._backdrop = Raster(0, 0, braille=braille)
         self._seen = Projection((0.0,) * 4, (0.0,) * 4)
-        self._legend = lru_cache(maxsize=8)(partial(_legend, braille=braille))
 
     def draw(self, space: SceneSpace, camera: Camera, width: int, height: int) -> Painted:
         """Return a picture of `width` by `height` cells, with the legend in the last row."""
         worded = height >= _LEAST_HEIGHT
         if self._key != (camera, width, height) or self._still is not space.still:
             self._key, self._still = (camera, width, height), space.still
-            self._backdrop, self._work = (
-                raster(width, height - worded, braille=self.braille) for _ in range(2)
-            )
-            across, down = self._work.right + 1, self._work.bottom + 1
-            self._seen = projection(camera, self.dome, across, down, self._work.dot_aspect)
-            self._backdrop.draw(space.still, self._seen)
-        work = self._work
-        work.taken_from(self._backdrop)
+            backdrop = self._backdrop = Raster(width, height - worded, braille=self.braille)
+            across, down = backdrop.right + 1, backdrop.bottom + 1
+            self._seen = projection(camera, self.dome, across, down, backdrop.dot_aspect)
+            backdrop.draw(space.still, self._seen)
+        work = self._backdrop.copy()
         for layer in space.moving:
             work.draw(layer, self._seen)
+        for layer in space.layers:
+            work.write(layer, self._seen)
         if space.notice:
             column = max((work.width - len(space.notice)) // 2, 0)
             work.text(column, work.height // 2, space.notice, Ink.WORD)
         name = camera.name + (f", zoom {camera.zoom:+d}" if camera.zoom else "")
         work.text(0, 0, name, Ink.WORD)
         painted = work.painted()
-        return painted.above(self._legend(space.inks, space.reach, width)) if worded else painted
+        if not worded:
+            return painted
+        below = self._legend(space, width).painted()
+        text, inks = painted.text + below.text, painted.inks + below.inks
+        return Painted(work.width, work.height + 1, text, inks)
 
-
-def _legend(inks: frozenset[Ink], reach: str, width: int, *, braille: bool) -> Painted:
-    """Return the legend in one row, with as many complete entries as fit."""
-    drawn = raster(width, 1, braille=braille)
-    column = 0
-    for ink, pattern in PATTERNS.items():
-        word = reach if ink is Ink.REACH and reach else pattern.word
-        if not word or ink not in inks:
-            continue
-        if column + _SAMPLE + 1 + len(word) > width:
-            break
-        drawn.sample(column, 0, _SAMPLE, ink)
-        drawn.text(column + _SAMPLE + 1, 0, word, ink)
-        column += _SAMPLE + 1 + len(word) + _GAP
-    return drawn.painted()
+    def _legend(self, space: SceneSpace, width: int) -> Raster:
+        """Return the legend in one row, with as many complete entries as fit."""
+        drawn = Raster(width, 1, braille=self.braille)
+        inks = {stroke.ink for layer in space.layers for stroke in layer.strokes}
+        column = 0
+        for ink, pattern in PATTERNS.items():
+            word = space.reach if ink is Ink.REACH and space.reach else pattern.word
+            if not word or ink not in inks:
+                continue
+            if column + _SAMPLE + 1 + len(word) > width:
+                break
+            drawn.sample(column, 0, _SAMPLE, ink)
+            drawn.text(column + _SAMPLE + 1, 0, word, ink)
+            column += _SAMPLE + 1 + len(word) + _GAP
+        return drawn
 
 
 # --- One arm over time --------------------------------------------------------------------------
 
-MOST_OUTLINES = 128  # cached outlines of the reach, of at most about a hundred kilobytes each:
-# an arm that is jogged to and fro comes back to the same few pitches and azimuths
 PLANE_DEG = 3  # the plane of the outline is rounded to this azimuth, which is a dot or two off
-
-_NO_LAYER = Layer()
 
 
 @dataclass(frozen=True, slots=True)
@@ -386,80 +382,55 @@ class ArmDrawing:
         self.trail = Trail(self.dome.reach_mm)
         self.tip: Point | None = None
         self._backdrop = surroundings(model.arm, model.guards, self.dome)
-        self._ahead: tuple[Layer, ...] = ()
-        self._wanted_ahead: tuple[Joints | None, float | None, tuple[Point, ...]] | None = None
-        self._outlines: OrderedDict[Key, Outline] = OrderedDict()
         self._outline: Outline | None = None
+        self._known: Key | None = None
         self._wanted: Key | None = None
-        self._reach = _NO_LAYER
-        self._reach_of: tuple[Outline | None, int] = (None, 0)
 
     @property
     def missing(self) -> Key | None:
         """The key of the outline to compute now; None if it is known, or none is needed."""
-        return None if self._wanted in self._outlines else self._wanted
-
-    def stance(self, joints: Joints, opening_mm: float | None) -> Stance:
-        """Return the geometry of the arm in one posture."""
-        return stance(self.arm, joints, opening_mm, self.dome.reach_mm)
+        return None if self._wanted == self._known else self._wanted
 
     def work_out(self, key: Key) -> Outline:
         """Compute an outline, in some hundredths of a second, without changing this object."""
         return outline(self.arm, key)
 
     def keep(self, key: Key, found: Outline) -> None:
-        """Add an outline to the cache."""
-        self._outlines[key] = found
-        while len(self._outlines) > MOST_OUTLINES:
-            self._outlines.popitem(last=False)
+        """Draw this outline until another one is computed."""
+        self._known, self._outline = key, found
 
     def space(self, moment: Moment, notice: str = "") -> SceneSpace:
         """Return the picture of a moment; `notice` is shown while the posture is unknown."""
-        self._want(moment)
-        if moment.joints is None:
-            self.trail.add(None)
-            self.tip = None
-            return SceneSpace(self._backdrop, (*self._ahead, self.trail.layer), notice=notice)
-        here = self.stance(moment.joints, moment.opening_mm)
-        self.tip = here.tip
-        self.trail.add(here.tip)
-        self._turn_reach(moment.joints)
-        words = self._outline.words if self._outline is not None else ""
-        moving = (*self._ahead, self.trail.layer, self._reach, figure(here))
-        return SceneSpace(self._backdrop, moving, words)
+        here = None if moment.joints is None else self._stance(moment.joints, moment)
+        self.tip = None if here is None else here.tip
+        self.trail.add(self.tip)
+        moving = [*self._ahead(moment), self.trail.layer]
+        if moment.joints is None or here is None:
+            return SceneSpace(self._backdrop, tuple(moving), notice=notice)
+        azimuth_rad = self._azimuth_rad(moment.joints, here.tip)
+        self._wanted = key_of(self.arm, self.arm.fk(moment.joints).pitch_rad, azimuth_rad)
+        words = ""
+        if self._outline is not None:
+            words, turned_deg = self._outline.words, _nearest(azimuth_rad, PLANE_DEG)
+            moving.append(in_plane(self._outline, self.dome.centre, math.radians(turned_deg)))
+        return SceneSpace(self._backdrop, (*moving, figure(here)), words)
 
-    def _want(self, moment: Moment) -> None:
-        """Update the planned path and the ghost at its end, if they changed."""
-        wanted = (moment.goal, moment.opening_mm, moment.planned)
-        if wanted == self._wanted_ahead:
-            return
-        self._wanted_ahead = wanted
-        way = (Stroke(Ink.PLANNED, moment.planned),) if len(moment.planned) > 1 else ()
-        layers = [Layer(way)]
+    def _stance(self, joints: Joints, moment: Moment) -> Stance:
+        return stance(self.arm, joints, moment.opening_mm, self.dome.reach_mm)
+
+    def _ahead(self, moment: Moment) -> Iterator[Layer]:
+        """Yield the planned path and the ghost at its end."""
+        if len(moment.planned) > 1:
+            yield Layer((Stroke(Ink.PLANNED, moment.planned),))
         if moment.goal is not None:
-            layers.append(ghost(self.stance(moment.goal, moment.opening_mm)))
-        self._ahead = tuple(layers)
+            yield ghost(self._stance(moment.goal, moment))
 
-    def _turn_reach(self, joints: Joints) -> None:
-        """Place the posture's outline in the arm's plane; until it is known, keep the last one."""
-        azimuth_rad = self._azimuth_rad(joints)
-        self._wanted = key_of(self.arm, self.arm.fk(joints).pitch_rad, azimuth_rad)
-        found = self._outlines.get(self._wanted)
-        if found is not None:
-            self._outline = found
-            self._outlines.move_to_end(self._wanted)
-        turned = (self._outline, round(math.degrees(azimuth_rad) / PLANE_DEG) * PLANE_DEG)
-        if self._outline is not None and turned != self._reach_of:
-            self._reach_of = turned
-            self._reach = in_plane(self._outline, self.dome.centre, math.radians(turned[1]))
-
-    def _azimuth_rad(self, joints: Joints) -> float:
+    def _azimuth_rad(self, joints: Joints, tip: Point) -> float:
         """Return the azimuth of the arm's plane: of the base joint, or of the tip."""
         if isinstance(self.arm, FiveAxisArm):
             return joints[0]
-        assert self.tip is not None  # noqa: S101 - `space` has set it
         x, y, _ = self.dome.centre
-        return math.atan2(self.tip[1] - y, self.tip[0] - x)
+        return math.atan2(tip[1] - y, tip[0] - x)
 
 
 # --- One posture, for questions and for drawings without a screen of their own -------------------

@@ -10,7 +10,7 @@ from itertools import chain as chained
 from pathlib import Path
 
 from armdrive.errors import BadRequest
-from armdrive.render.canvas import Ink, raster
+from armdrive.render.canvas import Ink, Raster
 from kinematics.chains.chain import Chain
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.workspace import section
@@ -64,7 +64,7 @@ class Sketch:
 
 def sketch_rows(sketch: Sketch, width: int, height: int, *, braille: bool) -> list[str]:
     """Return the sketch as rows of characters, centred, with the same scale on both axes."""
-    canvas = raster(width, height, braille=braille)
+    canvas = Raster(width, height, braille=braille)
     (left, right), (low, high) = sketch.box_mm
     across = max(right - left, _SMALLEST_MM)
     tall = max(high - low, _SMALLEST_MM)

@@ -171,8 +171,6 @@ async def test_the_reach_is_worked_out_beside_the_polls_and_not_too_often():
         app.view.show(turned)
         await settled(pilot)
         assert "reach at pitch -20" in app.view.rows[-1]
-        app.view.show(app.moment)
-        assert "reach at pitch -80" in app.view.rows[-1]
 
 
 async def test_dragging_orbits_and_the_wheel_zooms():

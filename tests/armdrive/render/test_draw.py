@@ -10,13 +10,11 @@ from hypothesis import strategies as st
 from space_cases import CAMERAS, HERE, guarded, six_axes
 
 from armdrive.render.camera import VIEWS, Camera, Dome, next_view, projection
-from armdrive.render.canvas import Ink, can_braille, clip, raster
+from armdrive.render.canvas import Ink, Raster, can_braille, clip
 from armdrive.render.figure import dome
 from armdrive.render.scene import (
     LEAP,
-    MOST_OUTLINES,
-    MOST_PIECES,
-    PIECE,
+    MOST_POINTS,
     ArmDrawing,
     Moment,
     PostureDrawing,
@@ -53,7 +51,7 @@ def marks(rows):
 
 def lines(width, height, *points, braille, ink=Ink.BASE):
     """Draw a line through points, given in dots, on an empty raster."""
-    canvas = raster(width, height, braille=braille)
+    canvas = Raster(width, height, braille=braille)
     canvas.line(points, ink)
     return canvas.painted().rows()
 
@@ -75,7 +73,7 @@ def test_a_small_picture(size, points, braille, rows):
 @every_row("above, below", [(Ink.BASE, Ink.TABLE), (Ink.JOINT, Ink.ARM)])
 @every_row("flipped", [False, True])
 def test_the_greater_ink_is_seen_whichever_was_drawn_first(above, below, flipped):
-    canvas = raster(3, 1, braille=False)
+    canvas = Raster(3, 1, braille=False)
     for ink in (below, above) if flipped else (above, below):
         canvas.line([(0, 0), (2, 0)], ink)
     assert canvas.painted().inks == bytes([above] * 3)
@@ -86,7 +84,7 @@ def test_the_greater_ink_is_seen_whichever_was_drawn_first(above, below, flipped
     [(-1, 0, "abc", "bc  "), (3, 0, "xyz", "   x"), (0, 1, "below", "    "), (0, -1, "up", "    ")],
 )
 def test_text_is_clipped_at_every_edge(column, row, text, shown):
-    canvas = raster(4, 1, braille=True)
+    canvas = Raster(4, 1, braille=True)
     canvas.text(column, row, text, Ink.WORD)
     assert canvas.painted().rows() == [shown]
 
@@ -346,31 +344,10 @@ def test_the_way_is_bounded_and_holds_no_leap(xs):
     trail = Trail(REACH_MM)
     for x in xs:
         trail.add(None if x is None else (x, 0.0, 0.0))
-    assert len(strokes(trail)) <= MOST_PIECES + 1
+    assert sum(len(stroke.points) for stroke in strokes(trail)) <= MOST_POINTS
     for stroke in strokes(trail):
-        assert 2 <= len(stroke.points) <= PIECE
         for one, other in pairwise(stroke.points):
             assert math.dist(one, other) <= LEAP * REACH_MM
-
-
-def test_a_way_goes_on_from_piece_to_piece():
-    trail = Trail(REACH_MM)
-    for step in range(3 * PIECE):
-        trail.add((step * 5.0, 0.0, 0.0))
-    pieces = strokes(trail)
-    assert len(pieces) > 2
-    for one, following in pairwise(pieces):
-        assert one.points[-1] == following.points[0]
-
-
-def test_full_pieces_are_the_same_ones_until_they_are_forgotten():
-    trail = Trail(REACH_MM)
-    for step in range(PIECE):
-        trail.add((step * 5.0, 0.0, 0.0))
-    first = strokes(trail)[0]
-    for step in range(PIECE):
-        trail.add((1000.0 - step * 5.0, 0.0, 0.0))
-    assert strokes(trail)[0] is first
 
 
 def test_a_lost_position_ends_the_way_and_clearing_forgets_it():
@@ -433,12 +410,3 @@ def test_the_last_outline_stays_until_the_next_one_is_there():
 
 def reach(space):
     return {Ink.REACH} & {stroke.ink for layer in space.moving for stroke in layer.strokes}
-
-
-def test_no_more_outlines_are_kept_than_there_is_room_for():
-    scene = ArmDrawing(guarded())
-    scene.space(Moment(HERE))
-    found = scene.work_out(scene.missing)
-    for pitch in range(MOST_OUTLINES + 40):
-        scene.keep((pitch, 0), found)
-    assert len(scene._outlines) == MOST_OUTLINES

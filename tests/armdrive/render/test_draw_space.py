@@ -18,7 +18,7 @@ from space_cases import (
 )
 
 from armdrive.render.camera import VIEWS
-from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Stroke, raster
+from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Raster, Stroke
 from armdrive.render.scene import ArmDrawing, Moment, SceneSpace, Studio
 from kinematics import Joints
 from kinematics.guards.shapes import Box
@@ -81,14 +81,10 @@ def cells(painted):
     return [
         [
             (letter, ink if letter != " " else 0)
-            for letter, ink in zip(painted.row(y), inks(painted, y), strict=True)
+            for letter, ink in zip(painted.row(y), painted.inks_of(y), strict=True)
         ]
         for y in range(painted.height)
     ]
-
-
-def inks(painted, y):
-    return painted.inks[y * painted.width : (y + 1) * painted.width]
 
 
 def test_the_spans_of_a_picture_in_which_nothing_moved_but_the_arm_are_few():
@@ -134,10 +130,11 @@ def test_no_two_inks_that_run_in_lines_look_alike():
 
 @every_row("ink", [ink for ink in PATTERNS if PATTERNS[ink].period > 1])
 def test_a_dashed_line_has_its_gaps_over_corners_too(ink):
-    drawn = raster(60, 1, braille=True)
+    drawn = Raster(60, 1, braille=True)
     drawn.line([(x, 0.0) for x in range(0, 120, 3)], ink)
     pattern = PATTERNS[ink]
-    bits = [drawn.painted().cells[x // 2] >> (0 if x % 2 == 0 else 3) & 1 for x in range(118)]
+    cells = [0 if cell == " " else ord(cell) for cell in drawn.painted().text]
+    bits = [cells[x // 2] >> (0 if x % 2 == 0 else 3) & 1 for x in range(118)]
     assert bits == [int(x % pattern.period < pattern.on) for x in range(118)]
 
 
