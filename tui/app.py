@@ -31,6 +31,7 @@ from typing import Protocol, TypeVar
 from textual import _time, actions, events, on
 from textual.actions import ActionParseResult
 from textual.app import App
+from textual.containers import VerticalScroll
 from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.errors import NoWidget
@@ -43,7 +44,8 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import in_words
 from armdrive.motion.dead_man import GATE_S
 from kinematics.errors import KinematicsError
-from tui.dialogs import HelpScreen, PostureScreen, StillPalette
+from tui.arm_view import move_cameras
+from tui.dialogs import PostureScreen, StillPalette, help_dialog
 from tui.keys.keyboard import Keyboard
 from tui.keys.presses import (
     BURST,
@@ -57,6 +59,7 @@ from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.terminal import PlainLetters, lasting_driver
+from tui.widgets import TypedText
 
 STYLES = Path(__file__).with_name("desk.tcss")
 
@@ -78,63 +81,6 @@ STARVED_S = 0.3
 A held jog has ended by itself meanwhile (`HOLD_LONGEST_S`), and must not begin again from keys
 that have waited.
 """
-
-
-def is_printable(character: str) -> bool:
-    """Return whether a character can be typed. Space never gets here: it stops the arm."""
-    return character.isprintable()
-
-
-class TypedText:
-    """A line of text that the user types on a screen or in a dialog, its `typing`.
-
-    No widget has the focus, so that a stop key never types a letter and keys that arrive together
-    keep their order. Only keys that work everywhere come before the line; other rows of the table
-    have their keys where the line does not take the character.
-    """
-
-    def __init__(
-        self,
-        text: str = "",
-        *,
-        takes: Callable[[str], bool] = is_printable,
-        longest: int | None = None,
-        offered: bool = False,
-        changed: Callable[[str], None] | None = None,
-    ) -> None:
-        """`takes` decides which characters are accepted; `changed` is called with each new text.
-
-        With `longest`, further characters are dropped; a port or a path may have any length.
-        """
-        self.text = text
-        self.offered = offered
-        """Whether the text is only a proposal, which the first key replaces completely."""
-        self._takes = takes
-        self._longest = longest
-        self._changed = changed
-
-    def takes(self, character: str | None) -> bool:
-        """Return whether the character of a key is accepted here."""
-        return bool(character) and self._takes(str(character))
-
-    def type(self, character: str) -> None:
-        """Append a character; a full line is unchanged."""
-        typed = ("" if self.offered else self.text) + character
-        self.set(typed[: self._longest])
-
-    def erase(self) -> None:
-        """Delete the last character."""
-        self.set("" if self.offered else self.text[:-1])
-
-    def clear(self) -> None:
-        """Delete all characters."""
-        self.set("")
-
-    def set(self, text: str) -> None:
-        """Replace the text, which is shown literally."""
-        self.text, self.offered = text, False
-        if self._changed is not None:
-            self._changed(text)
 
 
 class Hand(Protocol):
@@ -488,8 +434,8 @@ class Dialogs:
 
     def help(self) -> None:
         """Show all keys."""
-        help_screen = HelpScreen(self._app.keys, self._app.place, self._app.pairs)
-        self.open(help_screen, reason="the help is shown")
+        dialog = help_dialog(self._app.keys, self._app.place, self._app.pairs)
+        self.open(dialog, reason="the help is shown")
 
     def palette(self) -> None:
         """Show the command palette."""
@@ -622,8 +568,23 @@ class KeyApp(App[int], inherit_bindings=False):
     async def action_do_row(self, name: str) -> None:
         """Perform a row of the table of keys, as if its key had been pressed on its screen."""
         row = self.keys.row(name)
-        self.show_place(row.place)
-        await self.run_action(row.action, self.screen_stack[0] if row.place else self)
+        if row.places and not row.counts_at(self.place):
+            self.show_place(row.places.split()[0])
+        await self.run_action(row.action, self.screen_stack[0] if row.places else self)
+
+    def action_view(self, what: str) -> None:
+        """Move the camera about the arm that is drawn."""
+        if not move_cameras(self.screen, what):
+            raise BadRequest("no arm is drawn here")
+
+    def action_scroll(self, by: int) -> None:
+        """Scroll the panels of the current screen by half of what is in view."""
+        panels = [each for each in self.screen_stack[0].query(VerticalScroll) if each.max_scroll_y]
+        if not panels:
+            raise BadRequest("nothing is out of view here")
+        for panel in panels:
+            by_rows = by * max(panel.size.height // 2, 1)
+            panel.scroll_relative(y=by_rows, animate=False, immediate=True)
 
     @on(Driver.SignalResume)
     def _repaint(self) -> None:
@@ -644,7 +605,9 @@ class KeyApp(App[int], inherit_bindings=False):
             call = action_call(action, node) if part and part not in NODES else None
             if call is None:  # the framework's, or a row that names nothing: it raises then
                 return await super().run_action(action, default_namespace, namespaces)
-            call()
+            told = call()
+            if isinstance(told, str):
+                self.message = told
         return True
 
     async def on_event(self, event: events.Event) -> None:

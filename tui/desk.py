@@ -33,8 +33,8 @@ from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
 from tui.app import POLL_S, KeyApp, Outcome
-from tui.arm_view import SpaceView, move_cameras
-from tui.dialogs import FirstScreen, PostureScreen, commands
+from tui.arm_view import SpaceView
+from tui.dialogs import PostureScreen, commands, first_dialog
 from tui.jog.jogging import STOPPED, DeskJogging
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, short_label
 from tui.keys.table import (
@@ -431,7 +431,7 @@ class DeskScreen(Screen[None]):
     @property
     def _pauses(self) -> tuple[str, ...]:
         """The row that pauses the arm, where this screen has one."""
-        return tuple(row.id for row in self.desk.keys.at(self.place) if row.action == PAUSE)
+        return (PAUSE,) if self.desk.keys.row(PAUSE).counts_at(self.place) else ()
 
     @property
     def _resting(self) -> tuple[str, ...]:
@@ -506,14 +506,6 @@ class DeskScreens:
         self._desk.message = ""  # the message was about the previous screen
         self._desk.switch_mode(place)
 
-    def scroll(self, by: int) -> None:
-        """Scroll the panels of the current screen by half of what is in view."""
-        panels = [each for each in self.current.query(VerticalScroll) if each.max_scroll_y]
-        if not panels:
-            raise BadRequest("nothing is out of view here")
-        for panel in panels:
-            panel.scroll_relative(y=by * max(panel.size.height // 2, 1), animate=False)
-
 
 class Desk(KeyApp):
     """One arm and its screens. Leaving the desk and changing the screen end a jog."""
@@ -582,8 +574,8 @@ class Desk(KeyApp):
         self.polling = self.set_interval(POLL_S, self.poll)
         self.call_after_refresh(self.input.begin)
         if not self.settings.instructed:
-            first = FirstScreen(self.keys, self.link.status)
-            self.dialogs.open(first, partial(setattr, self.settings, "instructed"))
+            first = first_dialog(self.keys, self.link.status)
+            self.dialogs.open(first, lambda _: setattr(self.settings, "instructed", True))
 
     def poll(self) -> None:
         """Store the latest status, show changes, then perform what two presses have confirmed."""
@@ -610,8 +602,7 @@ class Desk(KeyApp):
 
     def show_place(self, place: str) -> None:
         """Go to the screen on which a row of the table of keys counts."""
-        if place and place != self.place:
-            self.screens.show(place)
+        self.screens.show(place)
 
     def require(self, action: str | ActionParseResult) -> None:
         """Raise `BadRequest` if the arm as it is lets the key of an action do nothing."""
@@ -619,15 +610,11 @@ class Desk(KeyApp):
         if row is not None:
             self.link.require(self.screens.current.needs(row))
 
-    def action_view(self, what: str) -> None:
-        """Move the camera about the arm that is drawn."""
-        if not move_cameras(self.screen, what):
-            raise BadRequest("no arm is drawn here")
-
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer the actions of this screen, actions found by other words, and the themes."""
         del screen
-        known = (row for row in self.keys.rows if row.also and row.place not in ("", self.place))
+        known = (row for row in self.keys.rows if row.also and not row.counts_at(self.place))
+        known = (row for row in known if row.places)
         return commands((*self.keys.at(self.place), *known), self.action_do_row, self.looks.put_on)
 
     # -- stopping and ending ------------------------------------------------------------------

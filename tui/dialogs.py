@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import ClassVar
 
@@ -24,81 +24,96 @@ from tui.keys.keyboard import Keyboard, bindings, label
 from tui.keys.table import DeskKey, JogPair
 from tui.safety import bound_text
 from tui.settings import LOOKS
-from tui.widgets import PlainText, text_of
+from tui.widgets import PlainText, TypedText, text_of
 
 LEAST_WIDTH = 60
 """The width of a text until its dialog has been laid out."""
 
+LONGEST = 40
+"""Characters of a text that is typed into a dialog."""
 
-class TextDialog(ModalScreen[bool]):
-    """A dialog of nothing but text, which is broken again for each new width."""
+DialogWords = Callable[[int, int], str]
+"""Returns the text of a dialog for a width and a height."""
 
-    text_id = ""
-    short = False
-    """Whether the dialog is as high as its text; else it has all the room."""
 
-    def words(self, width: int) -> str:
-        """Return the text for this width."""
-        raise NotImplementedError
+class TextDialog(ModalScreen[None]):
+    """A dialog of text, which is made again for each new size and whenever a key changes it.
+
+    With `typed` there is a line that is typed into, whose text is passed to that function.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings("dialog")
+
+    def __init__(
+        self,
+        words: DialogWords,
+        *,
+        short: bool = False,
+        text: str = "",
+        typed: Callable[[str], None] | None = None,
+        choose: Callable[[int], None] | None = None,
+    ) -> None:
+        """`short` makes the dialog as high as its text; `choose` goes on by a number of lines."""
+        super().__init__(classes="search" if typed else "")
+        self._words = words
+        self._short = short
+        self._choose = choose
+        self._typed = typed
+        self.typing: TypedText | None = None
+        if typed is not None:
+            self.typing = TypedText(text, longest=LONGEST, changed=self._take)
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
-        with VerticalScroll(classes="dialog short" if self.short else "dialog"):
-            yield PlainText(id=self.text_id)
+        scroll = VerticalScroll(classes="dialog short" if self._short else "dialog")
+        scroll.can_focus = self._choose is None  # else the arrows scroll
+        with scroll:
+            yield PlainText(id="dialog-text")
 
     @on(events.Mount)
     @on(events.Resize)
     def _fill_soon(self) -> None:
-        """Show the text once the width is known."""
+        """Show the text once the size is known."""
         self.call_after_refresh(self._fill)
 
     def _fill(self) -> None:
-        text = self.query_one(PlainText)
-        text.show(self.words(text.content_size.width or LEAST_WIDTH))
+        text, height = text_of(self, "dialog-text"), self.query_one(VerticalScroll).size.height
+        text.show(self._words(text.content_size.width or LEAST_WIDTH, height))
+
+    def _take(self, text: str) -> None:
+        if self._typed is not None:
+            self._typed(text)
+        self._fill()
+
+    def action_choose(self, by: int) -> None:
+        """Choose another line, where there is a list."""
+        if self._choose is not None:
+            self._choose(by)
+            self._fill()
 
     def action_close(self) -> None:
         """Go back to the desk: the text was read."""
-        self.dismiss(result=True)
+        self.dismiss()
 
 
-class HelpScreen(TextDialog):
-    """All keys, from the table."""
+def help_dialog(keys: Keyboard, place: str, pairs: Sequence[JogPair]) -> TextDialog:
+    """Return a dialog with all keys, from the table."""
+    closes = " or ".join(label(key) for key in keys.of("close")[:2])
+    stops = " and ".join(label(key) for key in keys.of("stop")[:2])
+    head = f"Keys ({closes} closes; {stops} also stop the arm)"
 
-    BINDINGS: ClassVar[list[BindingType]] = bindings("help")
-    text_id = "help-text"
-
-    def __init__(self, keys: Keyboard, place: str, pairs: tuple[JogPair, ...]) -> None:
-        super().__init__()
-        self._keys = keys
-        self._place = place
-        self._pairs = pairs
-
-    def words(self, width: int) -> str:
-        """List the keys."""
-        closes = " or ".join(label(key) for key in self._keys.of("help-close")[:2])
-        stops = " and ".join(label(key) for key in self._keys.of("stop")[:2])
-        head = f"Keys ({closes} closes; {stops} also stop the arm)"
-        lines = (head, "", *self._keys.help(self._place, self._pairs))
+    def words(width: int, _: int) -> str:
+        lines = (head, "", *keys.help(place, pairs))
         return "\n".join(row for line in lines for row in folded(line, width))
 
+    return TextDialog(words)
 
-class FirstScreen(TextDialog):
-    """Three facts to know before the first motion; shown until a user has read them."""
 
-    BINDINGS: ClassVar[list[BindingType]] = bindings("first")
-    text_id = "first-text"
-    short = True
-
-    def __init__(self, keys: Keyboard, status: Status) -> None:
-        super().__init__()
-        self._keys = keys
-        self._status = status
-
-    def words(self, width: int) -> str:  # noqa: ARG002 - its lines are short
-        """Say the three facts."""
-        close = f"{self._keys.label('understood')}: understood"
-        facts = first_facts(self._keys, self._status)
-        return "\n".join(("Before you move anything", "", *facts, "", close))
+def first_dialog(keys: Keyboard, status: Status) -> TextDialog:
+    """Return a dialog with three facts to know before the first motion."""
+    lines = ("Before you move anything", "", *first_facts(keys, status), "",
+             f"{keys.label('close')}: understood")  # fmt: skip
+    return TextDialog(lambda *_: "\n".join(lines), short=True)
 
 
 class PostureScreen(ModalScreen[bool]):

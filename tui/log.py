@@ -7,17 +7,15 @@ chooses the lines in sight by their numbers, which do not change while others co
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_left
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
-from textual.screen import ModalScreen
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import printable
@@ -26,11 +24,10 @@ from armdrive.status import Status
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
 from kinematics.text import counted, folded
-from tui.app import TypedText
 from tui.desk import Desk, DeskScreen
 from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
-from tui.widgets import PlainText, panels, text_of
+from tui.widgets import panels
 
 PORTION = 100
 """Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms."""
@@ -143,14 +140,10 @@ def index_of(lines: Sequence[LogLine], number: int) -> int:
 class LogView:
     """The log as it is read at a desk, and the keys that go through it."""
 
-    def __init__(self, desk: Desk, changed: Callable[[], None]) -> None:
-        """`changed` is called when a key has changed what is in sight."""
+    def __init__(self, desk: Desk) -> None:
         self.book = LogBook()
         self.window = Window()
-        self.held = False
-        """Whether the lines are held still."""
         self._desk = desk
-        self._changed = changed
         self._reader: LogReader | None = None
         self._folding = Folding()
         self._height = 0
@@ -174,32 +167,28 @@ class LogView:
         self._height = height
         return self.window.visible(self._lines, height)
 
-    def read(self) -> bool:
-        """Read what is new, unless held still; return whether there was anything."""
-        if self.held:
-            return False
+    def read(self) -> None:
+        """Read what is new."""
         try:
             if self._reader is None:
                 self._reader = self._desk.arm.recorder.log()
             new = self._reader.read(PORTION)
         except ArmError as error:
             self._desk.message = str(error)
-            return False
-        if new:
-            self.book.take(new)
-            self._folding.take(filter(self.book.filter.passes, new), self.book.kept)
-        return bool(new)
+            return
+        self.book.take(new)
+        self._folding.take(filter(self.book.filter.passes, new), self.book.kept)
 
     def sieve(self, sieve: LogFilter) -> None:
-        """Scroll to other lines."""
+        """Show other lines."""
         self.book.choose(sieve)
         self._folding = Folding()
         self._folding.take(self.book.lines, self.book.kept)
-        self._changed()
 
     def find(self, text: str) -> None:
         """Show only lines that contain a text."""
         self.sieve(LogFilter(self.book.filter.topics, text))
+        self._desk.show()
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -209,19 +198,19 @@ class LogView:
 
     def show_all(self) -> None:
         """Show everything again, and follow it."""
-        self.held = False
-        self.window = Window()
+        self.follow()
         self.sieve(LogFilter())
 
     def switch_hold(self) -> None:
-        """Hold the lines still, or let them come again."""
-        self.held = not self.held
-        self._changed()
+        """Hold the lines still, or follow the newest again."""
+        if self.following:
+            self.choose(self.line)
+        else:
+            self.follow()
 
     def go(self, by: int) -> None:
         """Choose another line."""
         self.window.go(self._lines, by)
-        self._changed()
 
     def turn_page(self, by: int) -> None:
         """Choose a line a page away."""
@@ -234,11 +223,10 @@ class LogView:
     def follow(self) -> None:
         """Follow the newest line again."""
         self.window = Window()
-        self._changed()
 
-    def choose(self, line: LogLine) -> None:
+    def choose(self, line: LogLine | None) -> None:
         """Choose a line, which then stays in sight."""
-        self.window.chosen = line.number
+        self.window.chosen = None if line is None else line.number
 
 
 CUT = "~"
@@ -247,14 +235,14 @@ CUT = "~"
 WAYS: Mapping[str, str] = {"->": "to the arm", "<-": "from the arm"}
 
 
-def log_head(book: LogBook, keys: Keyboard, *, following: bool, held: bool) -> str:
+def log_head(book: LogBook, keys: Keyboard, *, following: bool) -> str:
     """Return what is shown of how much, and by which keys that changes."""
     topics = "  ".join(
         f"{keys.label(f'log-{topic.value}')} [{'x' if topic in book.filter.topics else ' '}] "
         f"{topic.value}"
         for topic in Topic
     )
-    conduct = "HELD STILL" if held else "newest last" if following else "looking back"
+    conduct = "newest last" if following else "HELD STILL"
     text = f"  find: {book.filter.text}" if book.filter.text else ""
     return f"{topics}\n{conduct}, {len(book.lines)} of {counted(book.total, 'line')}{text}"
 
@@ -323,118 +311,47 @@ def _filled(text: str, width: int) -> str:
 # The dialogs: a line in full, the text that lines must have, and every error there is.
 
 
-class LineScreen(TextDialog):
-    """One line in full, with cause and remedy where it is an error."""
-
-    BINDINGS: ClassVar[list[BindingType]] = bindings("line")
-    text_id = "line-text"
-
-    def __init__(self, keys: Keyboard, line: LogLine) -> None:
-        super().__init__()
-        self._keys = keys
-        self._line = line
-
-    def words(self, width: int) -> str:
-        """Say all that is known of the line."""
-        close = f"{self._keys.label('line-close')} closes"
-        return f"{whole_line(self._line, width, self._keys)}\n\n{close}"
+def line_dialog(keys: Keyboard, line: LogLine) -> TextDialog:
+    """Return a dialog with one line in full, with cause and remedy where it is an error."""
+    closes = f"{keys.label('close')} closes"
+    return TextDialog(lambda width, _: f"{whole_line(line, width, keys)}\n\n{closes}")
 
 
-LONGEST = 40
-"""Characters of a text that is looked for."""
+def find_dialog(keys: Keyboard, view: LogView) -> TextDialog:
+    """Return a dialog for the text that every line must have; the log follows as it is typed."""
+
+    def words(*_: int) -> str:
+        prompt = asked_text("only lines with", view.book.filter.text)
+        return f"{prompt}\n{keys.label('close')}: done"
+
+    return TextDialog(words, short=True, text=view.book.filter.text, typed=view.find)
 
 
-class SearchDialog(ModalScreen[None]):
-    """A dialog into which a text is typed."""
-
-    def __init__(self, keys: Keyboard, text: str) -> None:
-        super().__init__()
-        self._keys = keys
-        self.typing = TypedText(text, longest=LONGEST, changed=self.show)
-
-    def show(self, text: str) -> None:
-        """Show the text as it is now, and what is found with it."""
-        raise NotImplementedError
-
-    def action_close(self) -> None:
-        """Go back to the log."""
-        self.dismiss()
-
-
-class FindScreen(SearchDialog):
-    """The text that every line must have; the log behind it follows as it is typed."""
-
-    BINDINGS: ClassVar[list[BindingType]] = bindings("find")
-
-    def __init__(self, keys: Keyboard, text: str, use: Callable[[str], None]) -> None:
-        super().__init__(keys, text)
-        self._use = use
-
-    def compose(self) -> ComposeResult:
-        """Lay the dialog out."""
-        with Vertical(classes="dialog short"):
-            yield PlainText(id="find-text")
-
-    def on_mount(self) -> None:
-        """Show what was typed before."""
-        self.show(self.typing.text)
-
-    def show(self, text: str) -> None:
-        """Show the text, and have the log follow it."""
-        done = f"{self._keys.label('find-done')}: done"
-        prompt = asked_text("only lines with", text)
-        text_of(self, "find-text").show(f"{prompt}\n{done}")
-        self._use(text)
-
-
-class CatalogueScreen(SearchDialog):
+class ErrorSearch:
     """Every error of the catalogue, found by words; the chosen one in full."""
 
-    BINDINGS: ClassVar[list[BindingType]] = bindings("catalogue")
-
     def __init__(self, keys: Keyboard, text: str = "") -> None:
-        super().__init__(keys, text)
-        self._at = 0
-        self._rows: tuple[CatalogueEntry, ...] = ()
+        self._keys = keys
+        self.find(text)
 
-    def compose(self) -> ComposeResult:
-        """Lay the dialog out."""
-        with Vertical(classes="dialog", id="catalogue"):
-            yield PlainText(id="catalogue-find")
-            yield PlainText(id="catalogue-text")
-
-    def on_mount(self) -> None:
-        """Show it as soon as the size is known."""
-        self.call_after_refresh(self.show, self.typing.text)
-
-    def on_resize(self) -> None:
-        """Fit it to another size."""
-        self.call_after_refresh(self._fill)
-
-    def show(self, text: str) -> None:
+    def find(self, text: str) -> None:
         """Find the errors with this text."""
-        self._rows, self._at = found(text), 0
-        self._fill()
+        self._text, self._rows, self._at = text, found(text), 0
 
-    def action_choose(self, by: int) -> None:
+    def choose(self, by: int) -> None:
         """Choose another error."""
         self._at = min(max(self._at + by, 0), max(len(self._rows) - 1, 0))
-        self._fill()
 
-    def _fill(self) -> None:
-        width, height = self.query_one("#catalogue").content_size
-        close = self._keys.label("catalogue-close")
-        prompt = f"{asked_text('errors with', self.typing.text)}\n{close}: close"
-        text_of(self, "catalogue-find").show(prompt)
-        room = height - 1 - prompt.count("\n") - 1
-        listed = catalogue_text(self._rows, self._at, width, room, self._keys)
-        text_of(self, "catalogue-text").show(f"\n{listed}")
+    def words(self, width: int, height: int) -> str:
+        """Return what was typed, and the errors that were found."""
+        head = f"{asked_text('errors with', self._text)}\n{self._keys.label('close')}: close\n"
+        room = height - head.count("\n") - 1
+        return f"{head}\n{catalogue_text(self._rows, self._at, width, room, self._keys)}"
 
+    def dialog(self) -> TextDialog:
+        """Return the dialog for it."""
+        return TextDialog(self.words, text=self._text, typed=self.find, choose=self.choose)
 
-GLANCE_S = 0.2
-"""Lines that keep coming are painted at this interval, which is as fast as people read.
-
-A key has its effect at once."""
 
 STYLES = {Topic.ERRORS: "bold $text-error", Topic.CALLS: "bold", Topic.REQUESTS: "dim"}
 """In addition to the marks and words that say the same."""
@@ -448,8 +365,7 @@ class LogScreen(DeskScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        self.log_view = LogView(self.desk, self._show_now)
-        self._painted_s = -math.inf
+        self.log_view = LogView(self.desk)
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: what is shown of how much, and the lines."""
@@ -458,20 +374,9 @@ class LogScreen(DeskScreen):
 
     def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
         """Take what has come, and show it."""
-        hurried = self.log_view.read()
-        if not hurried or self.desk.clock() >= self._painted_s + GLANCE_S:
-            self._paint()
-
-    def _show_now(self) -> None:
-        """Show what a key has done, whatever keeps coming."""
-        self._painted_s = -math.inf
-        self.desk.show()
-
-    def _paint(self) -> None:
-        self._painted_s = self.desk.clock()
         view, keys = self.log_view, self.desk.keys
-        head = log_head(view.book, keys, following=view.following, held=view.held)
-        self.text("log-head").show(head)
+        view.read()
+        self.text("log-head").show(log_head(view.book, keys, following=view.following))
         listed = self.text("log-lines")
         width, height = listed.content_size
         chosen = None if view.following else view.line
@@ -488,8 +393,7 @@ class LogScreen(DeskScreen):
 
     def action_find(self) -> None:
         """Type what all lines must have."""
-        view = self.log_view
-        self.desk.dialogs.open(FindScreen(self.desk.keys, view.book.filter.text, view.find))
+        self.desk.dialogs.open(find_dialog(self.desk.keys, self.log_view))
 
     def action_open_line(self) -> None:
         """Show all of the chosen line, or of the newest one."""
@@ -497,13 +401,13 @@ class LogScreen(DeskScreen):
         if line is None:
             raise BadRequest("there is no line to open")
         self.log_view.choose(line)
-        self.desk.dialogs.open(LineScreen(self.desk.keys, line))
+        self.desk.dialogs.open(line_dialog(self.desk.keys, line))
 
     def action_catalogue(self) -> None:
         """Show all errors."""
         line = self.log_view.line
         code = line.code if line is not None else ""
-        self.desk.dialogs.open(CatalogueScreen(self.desk.keys, code))
+        self.desk.dialogs.open(ErrorSearch(self.desk.keys, code).dialog())
 
     def action_save(self) -> None:
         """Write the recording, and say where it is."""

@@ -12,33 +12,33 @@ from typing import ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import Screen
 
 from armdrive.render.canvas import draws_braille
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
 from kinematics.presets import ArmModel
-from kinematics.text import deg_text, folded, shown_name
+from kinematics.text import deg_text, shown_name
 from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from kinematics.textbook.systems.named import frame_coordinates
-from kinematics.textbook.worked_example import ExampleSection, measures, sections
+from kinematics.textbook.worked_example import measures, sections
 from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE, NAME_WIDTH, AxisRow, AxisTable
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of
-from tui.keys.table import STOP, VIEW_KEYS, DeskKey, JogPair, pairs_of, spoken
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.table import STOP, VIEW_KEYS, JogPair, pairs_of, spoken
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
-from tui.widgets import PlainText, fill_frame, framed, text_of
+from tui.widgets import PlainText, Span, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
 PLACE = "model"
-"""The place of all rows of a model's keyboard."""
+"""The place of the rows of a model's screen."""
 
-KEPT = ("mode", "finer", "coarser", *(row.id for row in VIEW_KEYS))
-"""Rows by id; those that jog, and those of a model alone, are kept too."""
+COMMON = (STOP, "quit", "help", *(row.id for row in VIEW_KEYS))
+"""The rows of every screen that count here too."""
 
 NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
 
@@ -57,19 +57,18 @@ class ModelKeyboard(Keyboard):
 
 def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
     """Return the rows of a keyboard that a model has, with the keys that they have there."""
-    return ModelKeyboard(tuple(_rows(keys)))
-
-
-def _rows(keys: Keyboard) -> Iterator[DeskKey]:
-    for row in keys.rows:
-        if row.id == STOP:
-            yield replace(row, description="", tooltip=NOTHING_TO_STOP)
-        elif row.id == "quit":
-            yield replace(row, tooltip="Leave the model.")
-        elif row.id in ("help", "help-close"):
-            yield row
-        elif row.id in KEPT or row.place == PLACE or row.jogs:
-            yield replace(row, place=PLACE)
+    words = {STOP: NOTHING_TO_STOP, "quit": "Leave the model."}
+    rows = keys.only(PLACE, (*COMMON, "close")).rows
+    return ModelKeyboard(
+        tuple(
+            replace(
+                row,
+                description="" if row.id == STOP else row.description,
+                tooltip=words.get(row.id, row.tooltip),
+            )
+            for row in rows
+        )
+    )
 
 
 # The hand on a model: its posture, and what each key makes of it. Pure: it knows no screen.
@@ -164,18 +163,9 @@ class ModelHand:
         return math.radians(self.increment) if unit == "rad" else self.increment
 
 
-# What is shown: the model in space with its numbers, and the pages of its worked example.
+# What is shown: the model in space with its numbers, and its worked example.
 
 NO_ARM = "MODEL ONLY: no arm is connected"
-
-COLUMN_WIDTH, MOST_COLUMNS = 44, 3
-"""A column of a page holds any matrix of six joints."""
-
-LEAST_VIEW_WIDTH = 34
-
-Column = tuple[str, ...]
-
-RULE, PLAIN_RULE = "\N{BOX DRAWINGS LIGHT HORIZONTAL}", "-"
 
 
 class ModelScreen(Screen[None]):
@@ -183,16 +173,11 @@ class ModelScreen(Screen[None]):
 
     place = PLACE
     AUTO_FOCUS = ""
-    BINDINGS: ClassVar[list[BindingType]] = bindings_of(
-        row for row in model_keys().rows if row.place == PLACE
-    )
+    BINDINGS: ClassVar[list[BindingType]] = bindings(PLACE)
 
     def __init__(self) -> None:
         super().__init__()
         self.adjustments = self.desk.hand
-        self.page = 0
-        self._columns: tuple[Column, ...] = ((),)
-        """What is computed of the posture, laid out for the present height."""
         self._figure = ChainFigure(self.desk.hand.subject.chain)
 
     @property
@@ -201,19 +186,16 @@ class ModelScreen(Screen[None]):
         return cast("ModelDesk", self.app)
 
     def compose(self) -> ComposeResult:
-        """Lay the title, the model, its pages, a remark and the keys out."""
-        yield from framed([PlainText(id="title")], [Horizontal(*self._body(), id="model")])
-
-    def _body(self) -> Iterator[Vertical | PlainText]:
+        """Lay the title, the model, its worked example, a remark and the keys out."""
         drawn = cast("ArmModel", DrawnChain(self._figure))  # a view asks for no more than it has
-        yield Vertical(
+        left = Vertical(
             SpaceView(drawn, braille=self.desk.braille, id="model-space"),
             *(self._table(name) for name in ("joints", "hand")),
             PlainText(id="model-summary"),
             id="model-left",
         )
-        for place in range(MOST_COLUMNS):
-            yield PlainText(id=f"model-page-{place}").add_class("model-page")
+        example = VerticalScroll(PlainText(id="example"), id="model-right", can_focus=False)
+        yield from framed([PlainText(id="title")], [Horizontal(left, example, id="model")])
 
     def on_mount(self) -> None:
         """Show the model as soon as there is room to show it in."""
@@ -239,10 +221,14 @@ class ModelScreen(Screen[None]):
         self._show_axes("joints", joint_rows(of, hand), driven=not hand.cartesian)
         self._show_axes("hand", axis_rows(of, hand), driven=hand.cartesian)
         text_of(self, "model-summary").show(self._spoken(_summary(of)))
-        shown = (one for one in sections(of) if one.title != "Figure")
-        height = self.query_one("#model").size.height
-        self._columns = laid(shown, COLUMN_WIDTH - 1, height, plain=not desk.braille)
-        self._show_pages()
+        text_of(self, "example").show(*self._example(of))
+
+    def _example(self, of: Study) -> Iterator[Span]:
+        """Yield the worked example, section by section; words are broken, matrices fit."""
+        for part in sections(of):
+            if part.title != "Figure":
+                yield f"{part.title}\n", "bold $text-primary"
+                yield self._spoken("\n".join([*part.lines, "", ""])), ""
 
     def _table(self, name: str) -> AxisTable:
         hand = self.desk.hand
@@ -263,54 +249,15 @@ class ModelScreen(Screen[None]):
         table.set_class(driven, "-driven")
         table.display = driven or not self.has_class("-short")
 
-    # -- pages --------------------------------------------------------------------------------
-
-    @property
-    def pages(self) -> int:
-        """How many pages there are at the present size."""
-        return -(-len(self._columns) // self._at_once)
-
-    @property
-    def _at_once(self) -> int:
-        """How many columns are shown side by side."""
-        room = (self.size.width - LEAST_VIEW_WIDTH) // COLUMN_WIDTH
-        return min(max(room, 1), MOST_COLUMNS)
-
-    def _show_pages(self) -> None:
-        count, columns = self._at_once, self._columns
-        self.page = min(self.page, self.pages - 1)
-        for place in range(MOST_COLUMNS):
-            text = text_of(self, f"model-page-{place}")
-            text.display = place < count
-            at = self.page * count + place
-            text.show(self._spoken("\n".join(columns[at])) if at < len(columns) else "")
-
     def _spoken(self, text: str) -> str:
         """Return a text with the joints as people write them; its columns stay what they are."""
         return spoken(text, self.desk.hand.subject.chain.joint_names)
 
     # -- keys ---------------------------------------------------------------------------------
 
-    def action_page(self, by: int) -> None:
-        """Turn this many pages on; after the last comes the first."""
-        self.page = (self.page + by) % self.pages
-        self._show_pages()
-
     def action_jog(self, key: str) -> None:
         """Make one step of the model."""
         self.desk.say(self.desk.hand.press(key))
-
-    def action_solution(self) -> None:
-        """Go on to the next solution for the same place of the hand."""
-        self.desk.say(self.desk.hand.next_solution())
-
-    def action_zero(self) -> None:
-        """Put every joint at zero."""
-        self.desk.say(self.desk.hand.zero())
-
-    def action_view(self, what: str) -> None:
-        """Look at the model from elsewhere."""
-        self.query_one(SpaceView).look(what)
 
 
 def _summary(of: Study) -> str:
@@ -321,32 +268,6 @@ def _summary(of: Study) -> str:
         return measures(of)
     away = deg_text(math.degrees(near.distance_rad))
     return f"{measures(of)}; singular {away} away: {near.reason}"
-
-
-def laid(
-    parts: Iterable[ExampleSection], width: int, height: int, *, plain: bool = False
-) -> tuple[Column, ...]:
-    """Return the columns that hold all sections in order, none higher than `height` lines.
-
-    Words are broken to the width; rows of matrices stay as they are. A section that does not fit
-    in what is left begins a column of its own, unless it would not fit in a whole one either: then
-    it begins at once and goes on in the next.
-    """
-    height = max(height, 2)
-    rule = PLAIN_RULE if plain else RULE
-    columns: list[list[str]] = [[]]
-    for part in parts:
-        lines = [f"{rule}{rule} {part.title} ".ljust(width, rule)[:width]]
-        for line in part.lines:
-            lines += [line] if "[ " in line else folded(line, max(width, 1))
-        left = height - len(columns[-1])
-        if len(lines) > left and (len(lines) <= height or left < height // 2):
-            columns.append([])
-        for line in lines:
-            if len(columns[-1]) == height:
-                columns.append([])
-            columns[-1].append(line)
-    return tuple(map(tuple, columns))
 
 
 # Joints and coordinates of a posture, as rows of a table of axes.
@@ -382,9 +303,7 @@ class ModelDesk(KeyApp):
     """One model, and no arm: nothing here can be stopped, for nothing moves."""
 
     TITLE = "armdrive"
-    BINDINGS: ClassVar[list[BindingType]] = bindings_of(
-        row for row in model_keys().rows if not row.place
-    )
+    BINDINGS: ClassVar[list[BindingType]] = bindings("", COMMON)
     keys_bound = model_keys().rows
 
     def __init__(

@@ -29,7 +29,7 @@ from armdrive.status import (
 )
 from kinematics.text import sentence
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import STOP, Needs, titled
+from tui.keys.table import PAUSE, STOP, Needs, titled
 from tui.widgets import UNKNOWN, PlainText, Span, text_of
 
 View = Mapping[str, Any]
@@ -265,7 +265,7 @@ def _paused(keys: Keyboard, paused_at: str) -> str:
     """Say who has paused the arm, and how it goes on or ends."""
     stop = f"{keys.label('stop')} ends the motion"
     if paused_at:
-        where = f"{keys.label(f'{paused_at}-pause')} on the {titled(paused_at)} screen"
+        where = f"{keys.label(PAUSE)} on the {titled(paused_at)} screen"
         return f"paused at this desk: {where} resumes it, {stop}."
     return f"paused from outside: `armdrive resume` resumes it, {stop}."
 

@@ -228,10 +228,7 @@ class Watching(KeyApp):
     """An app that shows an arm that another program drives."""
 
     TITLE = "armdrive"
-    BINDINGS: ClassVar[list[BindingType]] = [
-        *bindings("watch"),
-        *(each for each in bindings("") if getattr(each, "id", "") in COMMON),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = bindings("watch", COMMON)
 
     def __init__(
         self,
@@ -243,8 +240,7 @@ class Watching(KeyApp):
         keys: Keyboard = DEFAULT_KEYS,
         look: str = "",
     ) -> None:
-        common = tuple(row for row in keys.rows if row.place or row.id in COMMON)
-        super().__init__(Keyboard(common), braille=braille, look=look)
+        super().__init__(keys.only("watch", COMMON), braille=braille, look=look)
         self.arm_name = name
         self.model = model
         self.view: Mapping[str, Any] = {}
@@ -279,7 +275,7 @@ class Watching(KeyApp):
     def idle(self) -> tuple[str, ...]:
         """The rows of keys that would change nothing now."""
         if self.ended:
-            return tuple(row.id for row in self.keys.rows if row.place or row.id == STOP)
+            return tuple(row.id for row in self.keys.rows if row.id != "quit")
         return ("watch-pause" if self.view.get("paused") else "watch-resume",)
 
     def poll(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from rich.cells import cell_len
@@ -71,6 +71,63 @@ class PlainText(Static):
 def _printable_span(part: str | Span) -> Span:
     text, style = (part, "") if isinstance(part, str) else part
     return printable_lines(text), style
+
+
+def is_printable(character: str) -> bool:
+    """Return whether a character can be typed. Space never gets here: it stops the arm."""
+    return character.isprintable()
+
+
+class TypedText:
+    """A line of text that the user types on a screen or in a dialog, its `typing`.
+
+    No widget has the focus, so that a stop key never types a letter and keys that arrive together
+    keep their order. Only keys that work everywhere come before the line; other rows of the table
+    have their keys where the line does not take the character.
+    """
+
+    def __init__(
+        self,
+        text: str = "",
+        *,
+        takes: Callable[[str], bool] = is_printable,
+        longest: int | None = None,
+        offered: bool = False,
+        changed: Callable[[str], None] | None = None,
+    ) -> None:
+        """`takes` decides which characters are accepted; `changed` is called with each new text.
+
+        With `longest`, further characters are dropped; a port or a path may have any length.
+        """
+        self.text = text
+        self.offered = offered
+        """Whether the text is only a proposal, which the first key replaces completely."""
+        self._takes = takes
+        self._longest = longest
+        self._changed = changed
+
+    def takes(self, character: str | None) -> bool:
+        """Return whether the character of a key is accepted here."""
+        return bool(character) and self._takes(str(character))
+
+    def type(self, character: str) -> None:
+        """Append a character; a full line is unchanged."""
+        typed = ("" if self.offered else self.text) + character
+        self.set(typed[: self._longest])
+
+    def erase(self) -> None:
+        """Delete the last character."""
+        self.set("" if self.offered else self.text[:-1])
+
+    def clear(self) -> None:
+        """Delete all characters."""
+        self.set("")
+
+    def set(self, text: str) -> None:
+        """Replace the text, which is shown literally."""
+        self.text, self.offered = text, False
+        if self._changed is not None:
+            self._changed(text)
 
 
 def text_of(parent: DOMNode, name: str) -> PlainText:

@@ -740,7 +740,7 @@ async def test_no_line_of_the_help_is_wider_than_its_dialog():
         await session.keys("question_mark")
         for size in ((60, 20), (80, 24), (120, 40)):
             await session.resize(*size)
-            text = session.desk.screen.query_one("#help-text")
+            text = session.desk.screen.query_one("#dialog-text")
             lines = text.shown.splitlines()
             assert max(map(len, lines)) <= text.content_size.width, size
             steps = lines[lines.index("") + 2 :]

@@ -1,9 +1,9 @@
 """A model jogged with no arm: every key, what is shown beside it, and how little can go wrong."""
 
 import math
-import re
 
 import pytest
+from amounts import every_row
 from desk_planner import at_rest
 from desk_session import AppSession
 
@@ -12,12 +12,12 @@ from armdrive.render.camera import VIEWS
 from kinematics.chains.chain import rows_of
 from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems import MODEL_NAMES
-from kinematics.textbook.worked_example import ExampleSection, sections
+from kinematics.textbook.worked_example import sections
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import keyboard_of
 from tui.keys.layouts import LAYOUTS
 from tui.keys.table import TABLE, pairs_of
-from tui.model_desk import COLUMN_WIDTH, NO_ARM, PLACE, ModelDesk, ModelHand, laid, model_keys
+from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys
 from tui.widgets import PlainText
 
 
@@ -41,7 +41,7 @@ class Session(AppSession):
 async def test_the_screen_says_that_there_is_no_arm_and_a_stop_key_only_closes_the_help():
     async with Session() as session:
         assert session.text("title").startswith(NO_ARM)
-        assert "Links" in session.text("model-page-0")
+        assert "Links" in session.text("example")
         assert "manipulability" in session.text("model-summary")
         assert session.text("joints").startswith(" q  a   theta1")
         everything = " ".join(each.shown for each in session.desk.screen.query(PlainText))
@@ -92,10 +92,10 @@ async def test_a_click_on_a_key_cap_is_one_step():
 async def test_the_matrices_follow_the_joints_at_once():
     async with Session() as session:
         await session.press("Z")
-        assert "[ 1  0  0  200 ]" in session.text("model-page-0")
+        assert "[ 1  0  0  200 ]" in session.text("example")
         assert "condition number infinite; singular 0.0°" in session.text("model-summary")
         await session.press(*["q"] * 6)
-        assert "[ 0.866   -0.5  0  173.21 ]" in session.text("model-page-0")
+        assert "[ 0.866   -0.5  0  173.21 ]" in session.text("example")
 
 
 async def test_the_hand_is_jogged_by_the_same_keys_in_the_other_mode():
@@ -142,43 +142,22 @@ async def test_a_link_table_with_a_closed_form_has_next_solutions_too(tmp_path):
         assert after.study.frame[0] == pytest.approx(frame[0], abs=1e-5)
 
 
-def titles(pages):
-    return re.findall(r"── (.*?) ─", "\n".join(pages))
-
-
-async def test_pages_are_turned_and_come_round():
+async def test_the_worked_example_is_scrolled_to_its_end_and_no_line_of_it_is_cut():
     async with Session("puma") as session:
-        pages = session.desk.screen.pages
-        assert pages > 2
-        seen = []
-        for _ in range(pages):
-            seen.append(session.text("model-page-0"))
-            await session.press("pagedown")
-        assert len(set(seen)) == pages
-        assert session.text("model-page-0") == seen[0]
-        await session.press("B")
-        assert session.text("model-page-0") == seen[-1]
-        await session.press("N", "pageup")
-        assert session.text("model-page-0") == seen[-1]
-        assert {"Jacobian", "Singularities", "Inverse kinematics"} <= set(titles(seen))
+        example = session.desk.screen.query_one("#model-right")
+        titles = [part.title for part in sections(session.desk.hand.study)]
+        assert {"Jacobian", "Singularities", "Inverse kinematics"} <= set(titles)
+        assert all(title in session.text("example") for title in titles if title != "Figure")
+        assert example.max_scroll_y > 0
+        for key, ends_at in (("pagedown", example.max_scroll_y), ("B", 0)):
+            await session.press(*[key] * 60)
+            assert example.scroll_y == ends_at, key
 
 
-def test_columns_hold_every_line_in_order_and_none_is_too_high():
-    parts = [
-        ExampleSection(f"part {n}", tuple(f"{n}.{i}" for i in range(n))) for n in (3, 9, 2, 30, 1)
-    ]
-    columns = laid(parts, 20, 12)
-    assert all(len(column) <= 12 for column in columns)
-    lines = [line for column in columns for line in column]
-    assert [line for line in lines if "." in line] == [one for p in parts for one in p.lines]
-    assert columns[1][0].startswith("── part 9 ───")
-    assert laid(parts, 20, 12, plain=True)[0][0] == "-- part 3 ----------"
-
-
-@pytest.mark.parametrize("name", MODEL_NAMES)
-def test_no_line_of_a_page_is_cut(name):
-    for column in laid(sections(ModelHand(find_subject(name)).study), COLUMN_WIDTH - 1, 30):
-        assert [line for line in column if len(line) >= COLUMN_WIDTH] == []
+@every_row("name", MODEL_NAMES)
+def test_no_row_of_a_matrix_is_too_wide_for_its_column(name):
+    for part in sections(ModelHand(find_subject(name)).study):
+        assert not [line for line in part.lines if "[ " in line and len(line) > 44], part.title
 
 
 async def test_keys_are_those_of_the_keyboard():
@@ -207,18 +186,18 @@ def test_the_help_names_every_key_of_a_model_and_no_other():
     listed = "\n".join(keys.help(PLACE, pairs))
     offered = [row.id for row in keys.next_keys(PLACE)]
     for row in TABLE:
-        if row.place == "model":
+        if row.counts_at(PLACE) and not row.jogs:
             assert row.tooltip in listed
     assert "e d               of the hand: z, + and -" in listed
     assert "reference" not in listed
     assert "reset" not in offered
-    assert "model-next" in offered
+    assert "model-more" in offered
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_no_key_of_a_model_does_two_things_on_any_layout(layout):
     rows = model_keys(keyboard_of(layout)).rows
-    keys = [key for row in rows if row.place != "help" for key in row.keys]
+    keys = [key for row in rows if not row.counts_at("dialog") for key in row.keys]
     assert len(keys) == len(set(keys))
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Self
 
 from textual.binding import Binding, BindingType
 from textual.keys import KEY_NAME_REPLACEMENTS, _character_to_key, key_to_character
@@ -27,11 +27,11 @@ OWN_KEPT = 5
 
 PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
-        f"{place}{first}": (f"{place}{second}", name)
-        for first, second, name in (("finer", "coarser", "step"), ("slower", "faster", "speed"))
-        for place in ("", "move-", "points-")
+        "finer": ("coarser", "step"),
+        "move-finer": ("move-coarser", "step"),
+        "slower": ("faster", "speed"),
+        "go-slower": ("go-faster", "speed"),
     }
-    | {"model-next": ("model-previous", "page")}
 )
 """Rows that the line of keys shows with another one, under one name: `[ ] step`."""
 
@@ -99,8 +99,13 @@ class Keyboard:
 
     def at(self, place: str) -> tuple[DeskKey, ...]:
         """Return the rows that count on one screen, those of all screens after its own."""
-        own = tuple(row for row in self.rows if row.place == place)
-        return (*own, *(row for row in self.rows if not row.place)) if place else own
+        own = tuple(row for row in self.rows if row.counts_at(place))
+        return (*own, *(row for row in self.rows if not row.places))
+
+    def only(self, place: str, common: Collection[str]) -> Self:
+        """Return a keyboard of one screen alone, with a few of the rows of every screen, by id."""
+        rows = (row for row in self.rows if row.counts_at(place) or row.id in common)
+        return replace(self, rows=tuple(rows))
 
     def changed(self, keys: Mapping[str, tuple[str, ...]]) -> Keyboard:
         """Return a keyboard on which these rows have other keys."""
@@ -124,7 +129,7 @@ class Keyboard:
         `idle`, by id, would do nothing now, and are left out.
         """
         at_hand = {row.id: row for row in self.at(place) if row.description and row.id not in idle}
-        own = [row.id for row in at_hand.values() if row.place]
+        own = [row.id for row in at_hand.values() if row.places]
         room = KEYS_OFFERED - 1 - len(first) - len(KEYS_LAST)
         ids = dict.fromkeys((STOP, *first, *own[:room], *KEYS_LAST))
         return [at_hand[each] for each in ids if each in at_hand]
@@ -136,12 +141,12 @@ class Keyboard:
         yield ""
         yield f"On the {titled(place)} screen"
         for row in rows:
-            if row.place:
+            if row.places:
                 yield _line(row)
         yield ""
         yield "On every screen"
         for row in rows:
-            if not row.place:
+            if not row.places:
                 yield _line(row)
 
     def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
@@ -183,7 +188,7 @@ def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:
         {
             "id": row.id,
             "keys": [label(key) for key in row.keys],
-            "screen": row.place or "all",
+            "screen": ", ".join(row.places.split()) or "all",
             "does": row.tooltip,
         }
         for row in keyboard.rows
@@ -208,16 +213,14 @@ def as_markdown(keyboard: Keyboard) -> Iterator[str]:
 # The framework's bindings, made from the table of keys.
 
 
-def bindings(*places: str) -> list[BindingType]:
-    """Make the framework's bindings of the rows that count at these places; "" is the desk itself.
+def bindings(place: str, common: Collection[str] = ()) -> list[BindingType]:
+    """Make the framework's bindings of the rows of a screen or dialog.
 
-    A keyboard layout changes them later, by their ids.
+    `common` are rows of every screen that count there too, by id. "" alone stands for all of those.
+    A keyboard layout changes keys later, by the ids of their rows.
     """
-    return bindings_of(row for row in TABLE if row.place in places)
-
-
-def bindings_of(rows: Iterable[DeskKey]) -> list[BindingType]:
-    """Make the framework's bindings of these rows."""
+    keys = DEFAULT_KEYS
+    rows = keys.only(place, common).rows if place or common else keys.at("")
     return [
         Binding(
             ",".join(row.keys),

@@ -36,7 +36,7 @@ class DeskKey:
 
     `action` is a method `action_...` of the screen or the app; "part.method" is a method of one of
     its parts.
-    `place` is the screen (or kind of dialog) on which they do it; without one it is all screens.
+    `places` names the screens (or dialogs) on which they do it; without one it is all screens.
     `everywhere` keys work in every dialog too, before anything else. Rows without a description are
     never offered in the line of keys. `also` are other words by which people look for it, and
     `needs` says which arm it can do anything to.
@@ -47,10 +47,14 @@ class DeskKey:
     action: str
     description: str
     tooltip: str
-    place: str = ""
+    places: str = ""
     everywhere: bool = False
     also: str = ""
     needs: Needs = Needs.NOTHING
+
+    def counts_at(self, place: str) -> bool:
+        """Return whether the row is one of a screen's or dialog's own."""
+        return place in self.places.split()
 
     @property
     def jogs(self) -> str:
@@ -88,9 +92,9 @@ DESK_KEYS = (
             "Find an action by a few letters; enter does it."),
     DeskKey("look", ("T",), "looks.put_on_next", "look",
             "Change the colours: dark, light, high contrast, or your terminal's own."),
-    DeskKey("more", ("ctrl+d",), "screens.scroll(1)", "",
+    DeskKey("more", ("ctrl+d",), "scroll(1)", "",
             "Scroll down, to what the panels have no room for."),
-    DeskKey("back", ("ctrl+u",), "screens.scroll(-1)", "",
+    DeskKey("back", ("ctrl+u",), "scroll(-1)", "",
             "Scroll up again."),
     DeskKey("reset", ("R",), "control.reset", "reset",
             "Leave error-stop. Nothing moves.", also="clear error unlock", needs=Needs.LINK),
@@ -100,26 +104,40 @@ DESK_KEYS = (
 """The actions of every screen."""
 
 DIALOG_KEYS = (
-    DeskKey("help-close", ("question_mark", "f1", "enter", "n"), "close", "close",
-            "Close the help.", "help"),
-    DeskKey("understood", ("enter",), "close", "understood",
-            "Go to the desk.", "first"),
+    DeskKey("close", ("enter", "question_mark", "f1", "n"), "close", "close",
+            "Close the dialog.", "dialog"),
+    DeskKey("dialog-clear", ("delete",), "typing.clear", "",
+            "Delete the whole text.", "dialog"),
+    DeskKey("dialog-up", ("up",), "choose(-1)", "",
+            "Choose the previous line.", "dialog"),
+    DeskKey("dialog-down", ("down",), "choose(1)", "", "Choose the next line.", "dialog"),
     DeskKey("yes", ("y",), "answer(True)", "yes",
             "Yes: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no",
             "No: do nothing.", "question"),
 )  # fmt: skip
-"""Enter answers no question: a person who armed with it may still be pressing it."""
-
+"""Enter answers no question: a person who armed with it may still be pressing it. Where a text is
+typed, its letters come first."""
 
 PAUSE = "pause"
-"""The action of the rows that pause the arm and resume it."""
+"""The row, and the action, that pauses the arm and resumes it."""
 
-
-def _pause(place: str) -> DeskKey:
-    return DeskKey(f"{place}-pause", ("p",), PAUSE, "pause",
-                   "Pause a motion or a program after its current burst, or resume it. A held key "
-                   "does not resume.", place)  # fmt: skip
+SHARED_KEYS = (
+    DeskKey(PAUSE, ("p",), PAUSE, "pause",
+            "Pause a motion or a program after its current burst, or resume it. A held key "
+            "does not resume.", "move points program"),
+    DeskKey("next", ("down",), "choose(1)", "next",
+            "Choose the next line.", "points program"),
+    DeskKey("previous", ("up",), "choose(-1)", "",
+            "Choose the previous line.", "points program"),
+    DeskKey("go-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
+            "Move more slowly.", "move points"),
+    DeskKey("go-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
+            "Move faster.", "move points"),
+    DeskKey("erase", ("backspace",), "typing.erase", "",
+            "Delete the last character.", "move setup dialog"),
+)  # fmt: skip
+"""The rows of several screens. A field of a goal that is empty means no change."""
 
 
 # The screens that plan motion: move and points.
@@ -128,7 +146,6 @@ MOVE_KEYS = (
     DeskKey("move-go", ("enter",), "planned.press", "go (twice)",
             "Press twice: the arm moves as shown. A held key does not count.",
             "move", needs=Needs.POSITION),
-    _pause("move"),
     DeskKey("move-next", ("down", "tab"), "form.move_to_field(1)", "next",
             "Go to the next field.", "move"),
     DeskKey("move-previous", ("up", "shift+tab"), "form.move_to_field(-1)", "",
@@ -137,8 +154,6 @@ MOVE_KEYS = (
             "Increase the field by one step.", "move"),
     DeskKey("move-less", ("left",), "form.change_value(-1)", "less",
             "Decrease the field by one step.", "move"),
-    DeskKey("move-erase", ("backspace",), "typing.erase", "",
-            "Delete the last character of the field. An empty field means no change.", "move"),
     DeskKey("move-clear", ("delete",), "form.clear", "clear",
             "Empty all fields: the arm would stay where it is.", "move"),
     DeskKey("move-nearest", ("n",), "take_nearest", "nearest",
@@ -153,10 +168,6 @@ MOVE_KEYS = (
             "Choose the frame of the pose. In the tool's frame, the goal is a change from "
             "where the tool is.",
             "move"),
-    DeskKey("move-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
-            "Move more slowly.", "move"),
-    DeskKey("move-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
-            "Move faster.", "move"),
     DeskKey("move-finer", ("left_square_bracket",), "form.change_step(-1)", "finer",
             "Make the step of the arrow keys smaller.", "move"),
     DeskKey("move-coarser", ("right_square_bracket",), "form.change_step(1)", "coarser",
@@ -168,10 +179,6 @@ POINT_KEYS = (
     DeskKey("points-go", ("enter",), "press_go", "go (twice)",
             "Press twice: the arm goes to the point as shown. A held key does not count.",
             "points", needs=Needs.POSITION),
-    DeskKey("points-next", ("down",), "choose(1)", "next",
-            "Go to the next point.", "points"),
-    DeskKey("points-previous", ("up",), "choose(-1)", "",
-            "Go to the previous point.", "points"),
     DeskKey("points-teach", ("t",), "points.teach", "teach",
             "Save the place where the arm stands. Type a name, then press enter.", "points",
             needs=Needs.POSITION),
@@ -187,10 +194,6 @@ POINT_KEYS = (
             "points"),
     DeskKey("points-line", ("l",), "motion.switch_line", "line",
             "Switch between a straight line of the tip and a joint motion.", "points"),
-    DeskKey("points-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
-            "Move more slowly.", "points"),
-    DeskKey("points-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
-            "Move faster.", "points"),
     DeskKey("points-append", ("a",), "points.append", "append",
             "Append a move to the point to a program file, with the motion and speed shown.",
             "points"),
@@ -203,7 +206,6 @@ POINT_KEYS = (
     DeskKey("points-erase", ("backspace",), "points.erase", "",
             "Take back what was appended last; while you type a name, its last letter.",
             "points"),
-    _pause("points"),
 )  # fmt: skip
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
@@ -211,14 +213,9 @@ PROGRAM_KEYS = (
     DeskKey("program-go", ("enter",), "start.press", "go (twice)",
             "Press twice: run the program as rehearsed; it is rehearsed first if necessary. A "
             "held key does not count.", "program", also="run start play", needs=Needs.MOTORS),
-    DeskKey("program-next", ("down",), "choose(1)", "next",
-            "Choose the next program.", "program"),
-    DeskKey("program-previous", ("up",), "choose(-1)", "",
-            "Choose the previous program.", "program"),
     DeskKey("program-rehearse", ("r",), "start.rehearse", "rehearse",
             "Rehearse the program on a simulated copy of the arm: how long it takes, what it "
             "assumes, and which line would fail. Nothing moves.", "program", also="check simulate"),
-    _pause("program"),
     DeskKey("program-stepping", ("s",), "run.switch_stepping", "stepping",
             "Make the program wait for you before each motion; press again to end this.",
             "program"),
@@ -234,7 +231,7 @@ PROGRAM_KEYS = (
 """A stop ends a program at once; leaving the screen ends it after the motion under way."""
 
 
-# The log and its dialogs. None of these keys moves the arm.
+# The log. None of these keys moves the arm.
 
 LOG_KEYS = (
     DeskKey("log-open", ("enter",), "open_line", "open",
@@ -244,7 +241,7 @@ LOG_KEYS = (
     DeskKey("log-all", ("a",), "log_view.show_all", "all",
             "Show everything again and follow the newest line.", "log"),
     DeskKey("log-pause", ("p",), "log_view.switch_hold", "hold",
-            "Freeze the log, or let it run again. The arm is not paused.", "log"),
+            "Hold the lines still, or follow the newest again. The arm is not paused.", "log"),
     DeskKey("log-save", ("s",), "save", "save",
             "Save the flight recorder to a file, and show its path.", "log"),
     DeskKey("log-catalogue", ("e",), "catalogue", "all errors",
@@ -267,27 +264,6 @@ LOG_KEYS = (
 )  # fmt: skip
 """The head of the screen names the keys of the topics, so that they come last in the footer."""
 
-LOG_DIALOG_KEYS = (
-    DeskKey("line-close", ("enter", "n"), "close", "close",
-            "Close the line.", "line"),
-    DeskKey("find-done", ("enter",), "close", "done",
-            "Keep the text and close.", "find"),
-    DeskKey("find-erase", ("backspace",), "typing.erase", "",
-            "Delete the last character.", "find"),
-    DeskKey("find-clear", ("delete",), "typing.clear", "",
-            "Delete the whole text.", "find"),
-    DeskKey("catalogue-close", ("enter",), "close", "close",
-            "Close the list.", "catalogue"),
-    DeskKey("catalogue-erase", ("backspace",), "typing.erase", "",
-            "Delete the last character.", "catalogue"),
-    DeskKey("catalogue-clear", ("delete",), "typing.clear", "",
-            "Delete the whole text.", "catalogue"),
-    DeskKey("catalogue-up", ("up",), "choose(-1)", "",
-            "Choose the previous error.", "catalogue"),
-    DeskKey("catalogue-down", ("down",), "choose(1)", "", "Choose the next error.", "catalogue"),
-)  # fmt: skip
-"""The keys of a search; typed text is not in the table."""
-
 
 # The set-up screen. Only `t` moves anything.
 
@@ -304,8 +280,6 @@ SETUP_KEYS = (
             "Describe the arm on a port without opening it.", "setup"),
     DeskKey("setup-back", ("left",), "stage.back", "back",
             "Go back to the previous question or list. Nothing is written.", "setup"),
-    DeskKey("setup-erase", ("backspace",), "typing.erase", "",
-            "Delete the last character.", "setup"),
     DeskKey("setup-turn", ("t",), "stage.turn", "TURN",
             "While checking motors: turn the motor a little; press again to bring it back.",
             "setup", needs=Needs.MOTORS),
@@ -329,13 +303,13 @@ SETUP_KEYS = (
 # A model that no arm stands behind.
 
 MODEL_KEYS = (
-    DeskKey("model-next", ("pagedown", "N"), "page(1)", "next page",
-            "Go to the next page of what is computed of the posture.", "model"),
-    DeskKey("model-previous", ("pageup", "B"), "page(-1)", "back",
-            "Go to the previous page.", "model"),
-    DeskKey("model-solution", ("G",), "solution", "solution",
+    DeskKey("model-more", ("pagedown", "N"), "app.scroll(1)", "more",
+            "Scroll down in what is computed of the posture.", "model"),
+    DeskKey("model-back", ("pageup", "B"), "app.scroll(-1)", "",
+            "Scroll up again.", "model"),
+    DeskKey("model-solution", ("G",), "adjustments.next_solution", "solution",
             "Show the model's next solution for the same place of the hand.", "model"),
-    DeskKey("model-zero", ("Z",), "zero", "zero",
+    DeskKey("model-zero", ("Z",), "adjustments.zero", "zero",
             "Set every joint of the model to zero, or to its limit nearest to zero.", "model"),
 )  # fmt: skip
 """Only where no arm is connected: a model may leap."""
@@ -420,11 +394,11 @@ JOG_KEYS = (
     DeskKey("arm", ("enter",), "arm_keys", "arm",
             "Arm the jog keys. They disarm after 60 s without a key.", "jog", needs=Needs.MOTORS),
     DeskKey("mode", ("m",), "adjustments.switch_mode", "mode",
-            "Switch between joint and Cartesian mode.", "jog"),
+            "Switch between joint and Cartesian mode.", "jog model"),
     DeskKey("finer", ("left_square_bracket",), "adjustments.change_step(-1)", "finer",
-            "Make the step smaller: degrees in joint mode, mm in Cartesian mode.", "jog"),
+            "Make the step smaller: degrees in joint mode, mm in Cartesian mode.", "jog model"),
     DeskKey("coarser", ("right_square_bracket",), "adjustments.change_step(1)", "coarser",
-            "Make the step larger: degrees in joint mode, mm in Cartesian mode.", "jog"),
+            "Make the step larger: degrees in joint mode, mm in Cartesian mode.", "jog model"),
     DeskKey("slower", ("minus",), "adjustments.change_speed(-1)", "slower",
             "Jog more slowly.", "jog"),
     DeskKey("faster", ("plus", "equals_sign"), "adjustments.change_speed(1)", "faster",
@@ -531,7 +505,7 @@ AXIS_KEYS = tuple(
         f"jog('{key}')",
         "",
         f"Jog row {number}, {way}: a joint, or in Cartesian mode a coordinate of the tip.",
-        "jog",
+        "jog model",
         needs=Needs.MOTORS,
     )
     for number, keys in enumerate(LETTERS, 1)
@@ -543,7 +517,7 @@ AXIS_KEYS = tuple(
         f"jog('{key}')",
         "",
         f"Jog the {joint}, {way}; in Cartesian mode {axis}.",
-        "jog",
+        "jog model",
         needs=Needs.MOTORS,
     )
     for *keys, joint, axis in ARROWS
@@ -554,12 +528,12 @@ TABLE = (
     *DESK_KEYS,
     *SCREEN_KEYS,
     *JOG_KEYS,
+    *SHARED_KEYS,
     *MOVE_KEYS,
     *POINT_KEYS,
     *PROGRAM_KEYS,
     *SETUP_KEYS,
     *LOG_KEYS,
-    *LOG_DIALOG_KEYS,
     *MODEL_KEYS,
     *VIEW_KEYS,
     *WATCH_KEYS,

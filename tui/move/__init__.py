@@ -13,14 +13,13 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.motion.preview import Preview
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.status import Status
-from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
 from tui.keys.keyboard import bindings
 from tui.keys.table import Needs
 from tui.move.form import GoalFields, GoalForm, of_pose
 from tui.move.planned import NOTHING_ASKED, PlannedMove, other_ways, preview_text, way_text
-from tui.widgets import PlainText, panels
+from tui.widgets import PlainText, TypedText, panels
 
 
 class MoveScreen(DeskScreen):

@@ -18,8 +18,8 @@ from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from armdrive.status import pose_numbers
 from kinematics.spaces import POSE_FIELDS, Joints, Pose
 from kinematics.text import shown_name, tenths
-from tui.app import TypedText
 from tui.settings import MoveSettings, neighbour
+from tui.widgets import TypedText
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
 """By how much the arrows change a field, in degrees or mm."""

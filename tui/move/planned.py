@@ -31,7 +31,7 @@ from kinematics.spaces import Joints
 from tui.app import Job
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import STOP
+from tui.keys.table import PAUSE, STOP
 from tui.move.form import GoalForm
 from tui.safety import bound_text
 
@@ -58,7 +58,7 @@ def way_text(form: GoalForm, keys: Keyboard) -> str:
         first += f"   {row('move-frame')}: frame {form.frame}{change}"
     else:
         first = f"{row('move-mode')}: JOINTS   joint motion"
-    speed = f"{row('move-slower')} {row('move-faster')}: speed {form.settings.speed:.0%}"
+    speed = f"{row('go-slower')} {row('go-faster')}: speed {form.settings.speed:.0%}"
     return f"{first}\n{speed}   {row('move-finer')} {row('move-coarser')}: step {form.step:g}"
 
 
@@ -150,14 +150,9 @@ def ready_text(preview: Preview | None, key: str) -> str:
     return f"{key} twice moves the arm like this"
 
 
-def progress_text(share: float, keys: Keyboard, *, place: str, paused: bool) -> str:
-    """Say how far the arm is, in a bar and a number, and which keys pause and stop it."""
-    pause, stop = keys.label(f"{place}-pause"), keys.label(STOP)
-    return f"{progress_bar(share)}\n{going_text(pause, stop, paused=paused)}"
-
-
-def going_text(pause: str, stop: str, *, paused: bool) -> str:
+def going_text(keys: Keyboard, *, paused: bool) -> str:
     """Say which keys pause or resume a motion under way, and stop it."""
+    pause, stop = keys.label(PAUSE), keys.label(STOP)
     return f"{f'PAUSED: {pause} resumes' if paused else f'UNDER WAY: {pause} pauses'}, {stop} stops"
 
 
@@ -232,8 +227,8 @@ class PlannedMove:
         """Say how the motion is begun, confirmed or stopped."""
         keys = self._desk.keys
         if self.going.busy and self._progress is not None:
-            share, place = self._progress.seen(status.joints), self._desk.place
-            return progress_text(share, keys, place=place, paused=status.paused)
+            bar = progress_bar(self._progress.seen(status.joints))
+            return f"{bar}\n{going_text(keys, paused=status.paused)}"
         return self._desk.confirmation.again or ready_text(fresh, keys.label(self._row))
 
     @property

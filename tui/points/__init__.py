@@ -15,16 +15,15 @@ from armdrive.status import Status
 from armdrive.storage.points import Point
 from kinematics.geometry import ArmGeometry
 from kinematics.text import mm_text
-from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import DeskKey, Needs
+from tui.keys.table import PAUSE, DeskKey, Needs
 from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, TaughtProgram
 from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
 from tui.settings import MoveSettings
-from tui.widgets import ChoiceList, Span, panels
+from tui.widgets import ChoiceList, Span, TypedText, panels
 
 NAME_WIDTH = 16
 LINES_SHOWN = 5
@@ -73,7 +72,7 @@ def program_lines(program: TaughtProgram, keys: Keyboard) -> Iterator[Span]:
 
 def how_text(motion: MoveSettings, keys: Keyboard) -> str:
     """Say how the arm goes to a point."""
-    slower, faster = keys.label("points-slower"), keys.label("points-faster")
+    slower, faster = keys.label("go-slower"), keys.label("go-faster")
     return (
         f"{keys.label('points-line')}: {motion.way}   {slower} {faster}: speed {motion.speed:.0%}"
     )
@@ -88,7 +87,7 @@ def naming_text(naming: PointNaming, keys: Keyboard) -> str:
     return f"{asked}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
 
 
-OF_NONE = ("points-teach", "points-pause")
+OF_NONE = ("points-teach", PAUSE)
 """Rows that do something although nothing has been saved yet."""
 
 
@@ -180,7 +179,7 @@ class PointsScreen(DeskScreen):
         naming = self.selection.naming is not None
         if self.selection.listed.points and not naming:
             return {}
-        rows = (row.id for row in self.desk.keys.rows if row.place == self.place)
+        rows = (row.id for row in self.desk.keys.rows if row.counts_at(self.place))
         return {row: row in OF_NONE and not naming for row in rows}
 
     def needs(self, row: DeskKey) -> Needs:

@@ -11,8 +11,8 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.programs.teaching.recording import GRIPS
 from armdrive.storage.points import NAME, Point
 from armdrive.text.numbers import number
-from tui.app import TypedText
 from tui.desk import Desk
+from tui.widgets import TypedText
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 """The characters of a name, never a space."""

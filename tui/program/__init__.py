@@ -20,7 +20,7 @@ from kinematics.text import counted
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
-from tui.keys.table import STOP, Needs
+from tui.keys.table import PAUSE, STOP, Needs
 from tui.move.planned import going_text, progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
 from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
@@ -88,16 +88,14 @@ def running_lines(
     if percent is not None:
         left = "" if left_s is None else f", {duration(left_s)} left"
         yield f"{progress_bar(percent / 100)}{left}", "$text-primary"
-    forward, pause, stop = (
-        keys.label(name) for name in ("program-forward", "program-pause", "stop")
-    )
+    forward, pause, stop = map(keys.label, ("program-forward", PAUSE, STOP))
     if asks:
         yield f"WAITS FOR YOU: {asks}", WARN
         yield f"{forward} or {pause} continues, {stop} ends it", ""
         return
     if view.get("waiting"):
         yield f"{view['waiting']} ({duration(run.under_way_s)} so far)", WARN
-    yield going_text(pause, stop, paused=paused), WARN if paused else ""
+    yield going_text(keys, paused=paused), WARN if paused else ""
     if stepping:
         yield "STEPPING: waits for you before the next motion", ""
 
@@ -214,7 +212,7 @@ class ProgramScreen(DeskScreen):
         runs = checked is not None and checked.program is not None
         return {
             "program-go": runs,
-            "program-next": bool(self.files.paths) and not busy,
+            "next": bool(self.files.paths) and not busy,
             "program-rehearse": runs and not busy,
             "program-stepping": bool(self.files.paths),
             "program-forward": bool(self.run.asks),

@@ -15,13 +15,12 @@ from armdrive.render.scene import Moment
 from armdrive.setup.filing import file_of
 from armdrive.status import Status, Trust
 from armdrive.storage.files import require_writable
-from tui.app import TypedText
 from tui.arm_view import SpaceView
 from tui.desk import Desk, DeskScreen
 from tui.keys.keyboard import bindings
 from tui.setup.motors import MotorsStage
 from tui.setup.stages import Go, InterviewAsking, Ports, SetupStage, StageText
-from tui.widgets import ChoiceList, PlainText
+from tui.widgets import ChoiceList, PlainText, TypedText
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 

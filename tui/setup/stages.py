@@ -21,9 +21,9 @@ from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import OPENING_RISK, Report
 from armdrive.storage.files import arm_files, require_writable
 from kinematics.errors import KinematicsError
-from tui.app import TypedText
 from tui.desk import Desk
 from tui.keys.table import STOP
+from tui.widgets import TypedText
 
 RISK = OPENING_RISK.format(port="it")
 

@@ -26,16 +26,10 @@ from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
 from tui.model_desk import ModelDesk, model_keys
 from tui.terminal import lasting_driver
 from tui.watch import Watching
-from tui.widgets import KeyLine
+from tui.widgets import KeyLine, TypedText
 
 PLACES_OF_SCREENS = {entry.id for entry in SCREENS}
-OPENED_BY = {
-    "help": ("jog", "question_mark"),
-    "question": ("jog", "H"),
-    "line": ("log", "enter"),
-    "find": ("log", "slash"),
-    "catalogue": ("log", "e"),
-}
+OPENED_BY = {"dialog": ("log", "e"), "question": ("jog", "H")}
 """Dialogs, by the screens and the keys that lead to them."""
 
 
@@ -48,20 +42,17 @@ async def at_screen(name):
 
 
 @asynccontextmanager
-async def at_dialog(name, memory):
+async def at_dialog(name):
     arm = busy_arm()
     arm.set(simulated=False)
-    if name == "first":
-        opened, keys = {"memory": memory / "none.json"}, ()
-    else:
-        screen, *keys = OPENED_BY[name]
-        opened = {"first": screen}
-    async with Session(arm, **opened) as session:
-        for key in keys:
-            await session.press(key)
-            await session.settle()
+    screen, key = OPENED_BY[name]
+    async with Session(arm, first=screen) as session:
+        await session.press(key)
+        await session.settle()
         assert len(session.desk.screen_stack) == 2
-        counting = tuple(row for row in TABLE if row.place == name or row.everywhere)
+        if name == "dialog":
+            session.desk.screen.typing = TypedText(takes=lambda _: False)
+        counting = tuple(row for row in TABLE if row.counts_at(name) or row.everywhere)
         yield session.desk, session.pilot, counting
 
 
@@ -71,17 +62,17 @@ async def running(app, rows):
         yield app, session.pilot, rows
 
 
-def place(name, memory):
+def place(name):
     """Bring an app to a place; yields it, its pilot, and the rows that count there."""
     if name in PLACES_OF_SCREENS:
         return at_screen(name)
     if name == "watch":
         app = Watching("sim", MODEL, FakeHolder(status_view(FakeArm().status), END), braille=True)
-        return running(app, tuple(row for row in app.keys.rows if row.place in ("watch", "")))
+        return running(app, app.keys.rows)
     if name == "model":
-        rows = tuple(row for row in model_keys().rows if row.place in ("model", ""))
+        rows = model_keys().at("model")
         return running(ModelDesk(subject_of_system(system("puma")), braille=True), rows)
-    return at_dialog(name, memory)
+    return at_dialog(name)
 
 
 def noting(app):
@@ -101,16 +92,18 @@ def noting(app):
 
 
 DEEDS = {row.action for row in TABLE}
-DIALOGS = ("first", *OPENED_BY)
-PLACES = sorted({row.place for row in TABLE if row.place})
+DIALOGS = tuple(OPENED_BY)
+PLACES = sorted({place for row in TABLE for place in row.places.split()})
 
 
 @pytest.mark.parametrize("name", PLACES)
-async def test_every_key_of_the_table_leads_to_the_deed_of_its_row(name, tmp_path):
+async def test_every_key_of_the_table_leads_to_the_deed_of_its_row(name):
     """Of a dialog, all other keys lead to no deed; scrolling and the like are the framework's."""
-    async with place(name, tmp_path) as (app, pilot, rows):
+    async with place(name) as (app, pilot, rows):
         done = noting(app)
-        wanted = [(row.id, key, row.action) for row in rows for key in row.keys]
+        wanted = [
+            (row.id, key, row.action.removeprefix("app.")) for row in rows for key in row.keys
+        ]
         assert wanted
         found = []
         for each, key, _ in wanted:
@@ -126,13 +119,6 @@ async def test_every_key_of_the_table_leads_to_the_deed_of_its_row(name, tmp_pat
             for key in dict.fromkeys(others):
                 await pilot.press(key)
             assert not DEEDS & set(done), "nothing of the screen goes through a dialog"
-
-
-def test_every_row_of_the_table_counts_at_one_of_these_places():
-    counted = {row.id for row in TABLE if not row.place} | {
-        row.id for name in PLACES for row in DEFAULT_KEYS.at(name)
-    }
-    assert counted == {row.id for row in TABLE}
 
 
 TYPED_INTO = [
@@ -163,14 +149,14 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
 # The key table is complete, free of clashes, and the source of bindings, footer and help.
 
 
-ALL_PLACES = sorted({row.place for row in TABLE})
+ALL_PLACES = ["", *PLACES]
 
 
 @pytest.mark.parametrize("place", ALL_PLACES)
 def test_no_key_does_two_things_at_one_place(place):
     # what counts in dialogs need not differ from the screens': nothing goes through a dialog
     places = (place, "") if place in PLACES_OF_SCREENS else (place,)
-    keys = [key for binding in bindings(*places) for key in binding.key.split(",")]
+    keys = [key for each in places for binding in bindings(each) for key in binding.key.split(",")]
     assert len(keys) == len(set(keys))
 
 
@@ -180,10 +166,9 @@ def test_nothing_anywhere_takes_a_key_that_works_everywhere():
 
 
 def test_every_row_becomes_one_binding_that_says_what_it_does():
-    made = bindings(*ALL_PLACES)
-    assert sorted(binding.id for binding in made) == sorted(row.id for row in TABLE)
-    assert len({row.id for row in TABLE}) == len(TABLE)
-    assert all(binding.tooltip for binding in made)
+    made = {binding.id: binding for place in ALL_PLACES for binding in bindings(place)}
+    assert sorted(made) == sorted(row.id for row in TABLE)
+    assert all(binding.tooltip for binding in made.values())
 
 
 def test_stopping_and_quitting_work_everywhere():
@@ -215,7 +200,7 @@ def test_the_help_begins_with_jogging_and_names_every_key(place):
     listed = "\n".join(DEFAULT_KEYS.help(place, JOG_PAIRS))
     assert listed.startswith("Move the arm, on the jog screen (f2)")
     for row in TABLE:
-        if row.place in (place, "") and row.description:
+        if (row.counts_at(place) or not row.places) and row.description and not row.jogs:
             assert row.tooltip in listed
 
 
@@ -377,15 +362,15 @@ def test_qwerty_is_the_table_and_so_is_a_layout_that_was_never_known():
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_no_key_of_a_layout_does_two_things_at_one_place(layout):
     keyboard = keyboard_of(layout)
-    for place in {row.place for row in keyboard.rows}:
+    for place in ALL_PLACES:
         keys = [key for row in keyboard.rows if _counts_at(row, place) for key in row.keys]
         assert len(keys) == len(set(keys)), place
 
 
 def _counts_at(row, place):
     """Return whether the keys of a row have an effect on a screen or in a dialog."""
-    of_every_screen = not row.place and place in PLACES_OF_SCREENS
-    return row.place == place or row.everywhere or of_every_screen
+    of_every_screen = not row.places and place in PLACES_OF_SCREENS
+    return row.counts_at(place) or row.everywhere or of_every_screen
 
 
 async def test_the_desk_hears_and_shows_the_keys_of_the_layout():
