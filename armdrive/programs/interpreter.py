@@ -47,37 +47,30 @@ from armdrive.programs.language.compiling import (
     Instruction,
 )
 from armdrive.programs.language.syntax import (
-    Binary,
     Expression,
-    FieldOf,
     JointsOf,
+    Literal,
     Name,
-    Number,
-    TextValue,
-    Truth,
-    Unary,
     Use,
 )
 from armdrive.programs.language.values import (
-    NUMERIC,
-    OPERATORS,
     PLACING,
     ForwardKinematics,
     LineFailure,
     PlaceValue,
     Value,
     backed,
+    computed,
     moved,
     number,
     out_of_bounds,
-    part_of,
     place,
     pose_of,
     slot_of,
     truth,
     value_text,
 )
-from armdrive.programs.language.words import COUNT, FUNCTIONS, HERE, TIME, WORDS, Slot
+from armdrive.programs.language.words import CALLABLE, COUNT, HERE, TIME, WORDS, Slot
 from armdrive.programs.language.writing import written
 from armdrive.programs.problems import SourceMark
 from armdrive.text.json_forms import (
@@ -246,57 +239,30 @@ class LineContext:
 def value_of(found: Expression, context: LineContext) -> Value:
     """Evaluate an expression. Raises `LineFailure` if it has no value."""
     match found:
-        case Number() | Truth() | TextValue():
+        case Literal():
             return found.value
         case Name(name=name):
             context.mark = found.mark
             return context.ask(Look(), found.mark) if name.lower() == HERE else context.named(name)
-        case Unary():
-            value = value_of(found.value, context)
-            context.mark = found.mark
-            return -number(value) if found.sign == "-" else not truth(value)
-        case Binary():
-            return _binary(found, context)
-        case FieldOf():
-            value = value_of(found.value, context)
-            context.mark = found.mark
-            return part_of(place(value), found.name, context.fk)
         case JointsOf():
             angles = [(name, value_of(each, context)) for name, each in found.angles]
             context.mark = found.mark
             return PlaceValue(joints_deg={name: number(angle) for name, angle in angles})
-        case Use():
-            return _use(found, context)
-
-
-def _binary(found: Binary, context: LineContext) -> Value:
-    left = value_of(found.left, context)
-    context.mark = found.mark
-    if found.sign in ("and", "or"):
-        # the right side is evaluated only if it decides: it may read an input of the arm
-        decided = truth(left) is (found.sign == "or")
-        return left if decided else value_of(found.right, context)
-    right = value_of(found.right, context)
-    context.mark = found.mark
-    compute = OPERATORS[found.sign].compute
-    if compute is None:
-        return (left == right) is (found.sign == "==")
-    result = compute(number(left), number(right))
-    return result if isinstance(result, bool) else number(result)
-
-
-def _use(found: Use, context: LineContext) -> Value:
-    match found:
-        case Use(name="taught", arguments=(TextValue(value=name), *_)):
+        case Use(name="taught", arguments=(Literal(value=str(name)), *_)):
             return context.taught(name)
-    values = [value_of(each, context) for each in found.arguments]
-    context.mark = found.mark
-    _require_bounds(FUNCTIONS[found.name].slots, values)
-    if found.name == "input":
-        return context.ask(ReadInput(int(number(values[0]))), found.mark)
-    if found.name in PLACING:
-        return PLACING[found.name](values, context.fk)
-    return number(NUMERIC[found.name](*map(number, values)))
+        case Use(name="and" | "or" as sign, arguments=(left, right)):
+            first = value_of(left, context)
+            context.mark = found.mark
+            decided = truth(first)
+            # the right side is evaluated only if it decides: it may read an input of the arm
+            return decided if decided is (sign == "or") else value_of(right, context)
+        case Use(name=name, arguments=arguments):
+            values = [value_of(each, context) for each in arguments]
+            context.mark = found.mark
+            _require_bounds(CALLABLE[name].slots, values)
+            if name == "input":
+                return context.ask(ReadInput(int(number(values[0]))), found.mark)
+            return computed(name, values, context.fk)
 
 
 def values_text(values: Sequence[Value]) -> str:

@@ -46,6 +46,7 @@ from armdrive.programs.language.values import (
     LineFailure,
     PlaceValue,
     Value,
+    kind_of,
     number,
     place,
     truth,
@@ -93,15 +94,6 @@ class Context:
         replaced = {define.name.lower() for define in defines}
         kept = (each for each in self.defines if each.name.lower() not in replaced)
         return (*kept, *defines)
-
-
-def kind_of(value: Value) -> ValueKind:
-    """Return the kind of a value."""
-    if isinstance(value, bool):
-        return ValueKind.TRUTH
-    if isinstance(value, PlaceValue):
-        return ValueKind.PLACE
-    return ValueKind.TEXT if isinstance(value, str) else ValueKind.NUMBER
 
 
 @dataclass(frozen=True)

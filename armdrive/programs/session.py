@@ -28,7 +28,7 @@ from armdrive.programs.language.syntax import (
     every,
     within,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE, RESERVED
+from armdrive.programs.language.words import FUNCTIONS, HERE, OPERATORS, RESERVED
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.problems import Problem, numbered_lines
 from armdrive.programs.program import (
@@ -150,8 +150,8 @@ class Session:
         match values:
             case (Name(name=name),):
                 return self._has_value(name)
-            case (Use(name=name),):
-                return name in FUNCTIONS
+            case (Use(name=name),) if name not in OPERATORS and not name.startswith("."):
+                return name in FUNCTIONS  # otherwise it may be the call of a subprogram
             case _:
                 return _NAMING.match(line) is None
 

@@ -8,30 +8,26 @@ from types import MappingProxyType
 
 from armdrive.programs.language.syntax import (
     Assign,
-    Binary,
     Call,
     Define,
     Do,
     Expression,
-    FieldOf,
     JointsOf,
+    Literal,
     Name,
-    Number,
     ProgramNames,
     Statement,
-    TextValue,
-    Truth,
-    Unary,
     Use,
     own_names,
     set_by,
     slotted,
 )
-from armdrive.programs.language.values import OPERATORS, fewest, out_of_bounds, slot_of
+from armdrive.programs.language.values import fewest, kind_of, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
+    CALLABLE,
     FUNCTIONS,
     HERE,
-    PLACE,
+    OPERATORS,
     WORDS,
     Slot,
     ValueKind,
@@ -106,20 +102,12 @@ class Kinds:
         match value:
             case Name():
                 return self.of_name(value.name, define)
-            case Unary() | Binary():
-                return OPERATORS[value.sign].gives
+            case Literal():
+                return kind_of(value.value)
+            case JointsOf():
+                return ValueKind.PLACE
             case Use():
-                row = FUNCTIONS.get(value.name)
-                return None if row is None else row.gives
-            case _:
-                return _KINDS[type(value)]
-
-
-_KINDS: Mapping[type[Expression], ValueKind] = MappingProxyType({
-    Number: ValueKind.NUMBER, FieldOf: ValueKind.NUMBER, Truth: ValueKind.TRUTH,
-    TextValue: ValueKind.TEXT, JointsOf: ValueKind.PLACE,
-})  # fmt: skip
-"""The kinds of those values that are always of one kind."""
+                return CALLABLE[value.name].gives if value.name in CALLABLE else None
 
 
 def _scope(name: str, define: Define | None) -> tuple[str, str]:
@@ -195,7 +183,7 @@ class Fitting:
             return
         for name, value in zip(called.parameters, line.arguments, strict=False):
             kind = self._kinds.of_name(name, called)
-            if isinstance(value, TextValue):
+            if isinstance(value, Literal) and isinstance(value.value, str):
                 yield Problem(value.mark, "a subprogram takes no text")
             else:
                 yield from self._value(value, Slot(name, kind or ValueKind.ANY))
@@ -239,7 +227,7 @@ class Fitting:
         # a kind that is unknown here is judged when the line runs
         elif kind is not None and slot.kind not in (kind, ValueKind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
-        elif isinstance(value, Number) and isfinite(value.value):
+        elif isinstance(value, Literal) and type(value.value) is float and isfinite(value.value):
             wrong = out_of_bounds(slot, value.value, percent=value.percent)
             if wrong is not None:
                 yield Problem(value.mark, wrong)
@@ -251,18 +239,8 @@ class Fitting:
 
     def _inside(self, value: Expression) -> Iterator[Problem]:
         match value:
-            case Number() if not isfinite(value.value):
+            case Literal(value=float(amount)) if not isfinite(amount):
                 yield Problem(value.mark, "this number is too large")
-            case Unary():
-                yield from self._value(value.value, Slot("value", OPERATORS[value.sign].takes))
-            case Binary():
-                yield from self._binary(value)
-            case FieldOf():
-                yield from self._value(value.value, PLACE)
-                if value.name not in POSE_FIELDS:
-                    yield Problem(
-                        value.mark, f"a place has {', '.join(POSE_FIELDS)}, no {value.name}"
-                    )
             case JointsOf():
                 names = [name for name, _ in value.angles]
                 for name, angle in value.angles:
@@ -272,24 +250,26 @@ class Fitting:
             case Use():
                 yield from self._use(value)
 
-    def _binary(self, value: Binary) -> Iterator[Problem]:
-        sides, kind = (value.left, value.right), OPERATORS[value.sign].takes
-        if kind is ValueKind.ANY:  # both are of the kind that one of them shows
-            kinds = [self._kinds.of(side, self._define) for side in sides]
-            shown = (each for each in kinds if each in (ValueKind.NUMBER, ValueKind.TRUTH))
-            kind = next(shown, ValueKind.ANY)
-            if kind is ValueKind.ANY and ValueKind.PLACE in kinds:
-                yield Problem(value.mark, "places cannot be compared: compare their x, y and z")
-            elif kind is ValueKind.ANY and ValueKind.TEXT in kinds:
-                yield Problem(value.mark, "texts cannot be compared")
-        for side in sides:
-            yield from self._value(side, Slot("value", kind))
-
     def _use(self, value: Use) -> Iterator[Problem]:
-        row = FUNCTIONS.get(value.name)
+        row = CALLABLE.get(value.name)
         if row is None:
-            near = suggestion(value.name, FUNCTIONS)
-            yield Problem(value.mark, f"there is no function {value.name!r}{near}")
+            yield Problem(value.mark, _no_function(value.name))
             return
+        slots = row.slots
+        if value.name in OPERATORS and slots[0].kind is ValueKind.ANY:
+            # both are of the kind that one of them shows
+            kinds = [self._kinds.of(side, self._define) for side in value.arguments]
+            if shown := [each for each in kinds if each in (ValueKind.NUMBER, ValueKind.TRUTH)]:
+                slots = (Slot("value", shown[0]),) * 2
+            elif ValueKind.PLACE in kinds:
+                yield Problem(value.mark, "places cannot be compared: compare their x, y and z")
+            elif ValueKind.TEXT in kinds:
+                yield Problem(value.mark, "texts cannot be compared")
         hint = f": `{row.example}`"
-        yield from self._many(value.arguments, row.slots, value.name, value.mark, hint)
+        yield from self._many(value.arguments, slots, value.name, value.mark, hint)
+
+
+def _no_function(name: str) -> str:
+    if name.startswith("."):
+        return f"a place has {', '.join(POSE_FIELDS)}, no {name[1:]}"
+    return f"there is no function {name!r}{suggestion(name, FUNCTIONS)}"

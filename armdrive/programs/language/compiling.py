@@ -37,11 +37,11 @@ from armdrive.programs.language.syntax import (
     Goto,
     If,
     Label,
+    Literal,
     Name,
     ProgramNames,
     Repeat,
     Statement,
-    TextValue,
     Tree,
     Use,
     While,
@@ -209,8 +209,8 @@ class _Compiler:
     def _needs(self, value: Expression) -> bool:
         """Return whether a value is one of the program's names; note a point of the arm's book."""
         match value:
-            case Use(name="taught", arguments=(TextValue() as text, *_)):
-                self._points.setdefault(text.value, text.mark)
+            case Use(name="taught", arguments=(Literal(value=str(name)) as text, *_)):
+                self._points.setdefault(name, text.mark)
             case Name(name=name) if name.lower() not in (HERE, *self._scope.own):
                 if name.lower() in self._variables:
                     return True

@@ -22,32 +22,26 @@ from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from armdrive.programs.language.syntax import (
     Assign,
-    Binary,
     Call,
     Define,
     Do,
     Expression,
-    FieldOf,
     Goto,
     If,
     IfBranch,
     JointsOf,
     Label,
+    Literal,
     Name,
-    Number,
     Remark,
     Repeat,
     Statement,
-    TextValue,
     Tree,
-    Truth,
-    Unary,
     Use,
     While,
     negative,
 )
-from armdrive.programs.language.values import OPERATORS
-from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
+from armdrive.programs.language.words import LINKS, OPERATORS, RESERVED, SHAPES, SPELLINGS
 from armdrive.programs.problems import Problem, SourceMark, lines_of
 from kinematics.errors import suggestion
 
@@ -173,7 +167,7 @@ def _wanted(expected: set[str]) -> str:
 # Making the parts of a program as the parser finds them.
 
 SIGNS: Mapping[str, str] = MappingProxyType(
-    {spelt: row.sign for row in OPERATORS.values() for spelt in (row.sign, *row.also)}
+    {spelt: row.name for row in OPERATORS.values() for spelt in (row.name, *row.also)}
 )
 """The operator of each spelling."""
 
@@ -302,17 +296,17 @@ class _TreeMaker(Transformer[Token, Tree]):
     def arguments(self, *values: Expression) -> list[Expression]:
         return list(values)
 
-    def number(self, text: Token) -> Number:
-        return Number(float(text), mark=self._mark(text))
+    def number(self, text: Token) -> Literal:
+        return Literal(float(text), mark=self._mark(text))
 
-    def percent(self, text: Token) -> Number:
-        return Number(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(text))
+    def percent(self, text: Token) -> Literal:
+        return Literal(float(text.rstrip("% \t")) / 100.0, percent=True, mark=self._mark(text))
 
-    def text(self, quoted: Token) -> TextValue:
-        return TextValue(quoted[1:-1].replace('""', '"'), mark=self._mark(quoted))
+    def text(self, quoted: Token) -> Literal:
+        return Literal(quoted[1:-1].replace('""', '"'), mark=self._mark(quoted))
 
-    def truth(self, word: Token) -> Truth:
-        return Truth(word.lower() in _TRUE, mark=self._mark(word))
+    def truth(self, word: Token) -> Literal:
+        return Literal(word.lower() in _TRUE, mark=self._mark(word))
 
     def name(self, name: Token) -> Name:
         return Name(str(name), mark=self._mark(name))
@@ -326,16 +320,16 @@ class _TreeMaker(Transformer[Token, Tree]):
     def joint(self, name: Token, angle: Expression) -> tuple[str, Expression]:
         return str(name).lower(), angle
 
-    def field(self, value: Expression, name: Token) -> FieldOf:
-        return FieldOf(value, str(name).lower(), mark=value.mark)
+    def field(self, value: Expression, name: Token) -> Use:
+        return Use(f".{name.lower()}", (value,), mark=value.mark)
 
     def unary(self, sign: Token, value: Expression) -> Expression:
         mark = self._mark(sign)
-        return negative(value, mark) if sign == "-" else Unary("not", value, mark=mark)
+        return negative(value, mark) if sign == "-" else Use("not", (value,), mark=mark)
 
-    def binary(self, left: Expression, sign: Token, right: Expression) -> Binary:
+    def binary(self, left: Expression, sign: Token, right: Expression) -> Use:
         spelling = " ".join(str(sign).lower().split())
-        return Binary(left, SIGNS[spelling], right, mark=self._mark(sign))
+        return Use(SIGNS[spelling], (left, right), mark=self._mark(sign))
 
 
 def _noted(line: Statement, note: str) -> Statement:

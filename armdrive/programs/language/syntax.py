@@ -12,7 +12,15 @@ from typing import TypeAlias
 
 from armdrive.errors import BadRequest
 from armdrive.programs.language.values import slot_of
-from armdrive.programs.language.words import CONDITION, COUNT, PLACE, WORDS, Slot, ValueKind
+from armdrive.programs.language.words import (
+    CONDITION,
+    COUNT,
+    NEGATIVE,
+    PLACE,
+    WORDS,
+    Slot,
+    ValueKind,
+)
 from armdrive.programs.problems import SourceMark
 
 NOWHERE = SourceMark(1)
@@ -42,28 +50,15 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True)
-class Number(Node):
-    """A number, perhaps written as a percentage."""
+class Literal(Node):
+    """A number, perhaps written as a percentage; `on` or `off`; or a text between quotes."""
 
-    value: float
+    value: float | bool | str
     percent: bool = False
 
-
-@dataclass(frozen=True, slots=True)
-class Truth(Node):
-    """`on` or `off`, also written `true` and `false`."""
-
-    value: bool
-
-
-@dataclass(frozen=True, slots=True)
-class TextValue(Node):
-    """A text between quotes."""
-
-    value: str
-
     def __post_init__(self) -> None:
-        one_line(self.value)
+        if isinstance(self.value, str):
+            one_line(self.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,33 +69,11 @@ class Name(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class Unary(Node):
-    """`-` or `not` before a value. A negative number is a `Number`, see `negative`."""
-
-    sign: str
-    value: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class Binary(Node):
-    """Two values with an operator between them: `+ - * / == != < <= > >= and or`."""
-
-    left: Expression
-    sign: str
-    right: Expression
-
-
-@dataclass(frozen=True, slots=True)
-class FieldOf(Node):
-    """A part of a place: `pick.x`."""
-
-    value: Expression
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
 class Use(Node):
-    """A function with its arguments: `above(pick, 30)`."""
+    """A function or an operator with its values, or a part of a place: a row of `CALLABLE`.
+
+    `above(pick, 30)`, `a + b` and `pick.x` have the names `above`, `+` and `.x`.
+    """
 
     name: str
     arguments: tuple[Expression, ...] = ()
@@ -113,32 +86,24 @@ class JointsOf(Node):
     angles: tuple[tuple[str, Expression], ...]
 
 
-Expression: TypeAlias = (
-    Number | Truth | TextValue | Name | Unary | Binary | FieldOf | Use | JointsOf
-)
+Expression: TypeAlias = Literal | Name | Use | JointsOf
 
 
 def negative(value: Expression, mark: SourceMark = NOWHERE) -> Expression:
-    """Return a value with the opposite sign; a number stays a `Number`."""
-    if isinstance(value, Number):
-        return Number(-value.value, value.percent, mark=mark)
-    return Unary("-", value, mark=mark)
+    """Return a value with the opposite sign; a number stays a number."""
+    if isinstance(value, Literal) and type(value.value) is float:
+        return Literal(-value.value, value.percent, mark=mark)
+    return Use(NEGATIVE, (value,), mark=mark)
 
 
 def within(value: Expression) -> Iterator[Expression]:
     """Yield a value and all its parts, from left to right."""
     yield value
-    match value:
-        case Unary() | FieldOf():
-            parts: tuple[Expression, ...] = (value.value,)
-        case Binary():
-            parts = (value.left, value.right)
-        case Use():
-            parts = value.arguments
-        case JointsOf():
-            parts = tuple(each for _, each in value.angles)
-        case _:
-            parts = ()
+    parts: tuple[Expression, ...] = ()
+    if isinstance(value, Use):
+        parts = value.arguments
+    elif isinstance(value, JointsOf):
+        parts = tuple(each for _, each in value.angles)
     for part in parts:
         yield from within(part)
 

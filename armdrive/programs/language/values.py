@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from armdrive.programs.language.words import SPEED, Slot, ValueKind
+from armdrive.programs.language.words import NEGATIVE, PARTS, SPEED, Slot, ValueKind
 from armdrive.text.numbers import speed_refusal
 from kinematics.spaces import POSE_FIELDS, Pose
 from kinematics.text import plain
@@ -84,6 +85,15 @@ def number(value: object) -> float:
     return float(value)
 
 
+def kind_of(value: Value) -> ValueKind:
+    """Return the kind of a value."""
+    if isinstance(value, bool):
+        return ValueKind.TRUTH
+    if isinstance(value, PlaceValue):
+        return ValueKind.PLACE
+    return ValueKind.TEXT if isinstance(value, str) else ValueKind.NUMBER
+
+
 def truth(value: object) -> bool:
     """Return on or off. Raises `LineFailure` for anything else."""
     if not isinstance(value, bool):
@@ -125,7 +135,16 @@ def _over(value: float, divisor: float) -> float:
     return value / divisor
 
 
-NUMERIC: Mapping[str, Callable[..., float]] = MappingProxyType({
+NUMERIC: Mapping[str, Callable[..., float | bool]] = MappingProxyType({
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": _over,
+    NEGATIVE: operator.neg,
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
     "abs": abs,
     "min": lambda *values: min(values),
     "max": lambda *values: max(values),
@@ -138,46 +157,7 @@ NUMERIC: Mapping[str, Callable[..., float]] = MappingProxyType({
     "floor": lambda value: float(math.floor(value)),
     "round": lambda value: float(math.floor(value + 0.5)),
 })  # fmt: skip
-"""The functions of numbers alone."""
-
-
-@dataclass(frozen=True, slots=True)
-class Operator:
-    """An operator between two values, or `not` before one: the kinds it takes and gives.
-
-    A stronger operator binds more closely. `also` are other spellings. The interpreter itself
-    evaluates those without `compute`: `and`, `or`, `not` and the comparisons of any two values.
-    """
-
-    sign: str
-    strength: int
-    takes: ValueKind
-    gives: ValueKind
-    compute: Callable[[float, float], float | bool] | None = None
-    also: tuple[str, ...] = ()
-
-
-_NUMBER, _TRUTH, _ANY = ValueKind.NUMBER, ValueKind.TRUTH, ValueKind.ANY
-
-OPERATORS: Mapping[str, Operator] = MappingProxyType({row.sign: row for row in (
-    Operator("or", 1, _TRUTH, _TRUTH),
-    Operator("and", 2, _TRUTH, _TRUTH),
-    Operator("not", 3, _TRUTH, _TRUTH),
-    Operator("==", 4, _ANY, _TRUTH, also=("=", "is", "eq")),
-    Operator("!=", 4, _ANY, _TRUTH, also=("is not", "<>", "ne")),
-    Operator("<", 4, _NUMBER, _TRUTH, lambda a, b: a < b, ("lt",)),
-    Operator("<=", 4, _NUMBER, _TRUTH, lambda a, b: a <= b, ("le",)),
-    Operator(">", 4, _NUMBER, _TRUTH, lambda a, b: a > b, ("gt",)),
-    Operator(">=", 4, _NUMBER, _TRUTH, lambda a, b: a >= b, ("ge",)),
-    Operator("+", 5, _NUMBER, _NUMBER, lambda a, b: a + b),
-    Operator("-", 5, _NUMBER, _NUMBER, lambda a, b: a - b),
-    Operator("*", 6, _NUMBER, _NUMBER, lambda a, b: a * b),
-    Operator("/", 6, _NUMBER, _NUMBER, _over),
-)})  # fmt: skip
-"""Every operator. `-` before a value takes and gives numbers too, but is stronger."""
-
-COMPARES = OPERATORS["=="].strength
-"""How closely all comparisons bind; they cannot be chained."""
+"""The functions and operators of numbers alone."""
 
 
 def moved(found: Pose, x_mm: float, y_mm: float, z_mm: float) -> Pose:
@@ -226,12 +206,24 @@ PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], Plac
 """The functions that return places."""
 
 
-def part_of(found: PlaceValue, name: str, fk: ForwardKinematics | None) -> float:
-    """Return a part of a place by its name of `POSE_FIELDS`: mm or deg."""
-    value = getattr(pose_of(found, fk), POSE_FIELDS[name])
-    if value is None:
-        raise LineFailure("this arm has no yaw")
-    return float(value)
+def computed(name: str, values: Sequence[Value], fk: ForwardKinematics | None) -> Value:
+    """Return what a function or an operator makes of values. Raises `LineFailure`.
+
+    The interpreter itself evaluates `and` and `or`, and what asks the arm.
+    """
+    if name in PLACING:
+        return PLACING[name](values, fk)
+    if name in PARTS:
+        part = getattr(pose_of(place(values[0]), fk), POSE_FIELDS[name[1:]])
+        if part is None:
+            raise LineFailure("this arm has no yaw")
+        return float(part)
+    if name == "not":
+        return not truth(values[0])
+    if name in ("==", "!="):
+        return (values[0] == values[1]) is (name == "==")
+    result = NUMERIC[name](*map(number, values))
+    return result if isinstance(result, bool) else number(result)
 
 
 # Bounds. Constants are checked before a program runs, other numbers when they are computed.

@@ -8,6 +8,7 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive.errors.arguments import LONGEST_TIME_S
+from kinematics.spaces import POSE_FIELDS
 
 
 class ValueKind(Enum):
@@ -194,13 +195,18 @@ SHAPES = (*(form.name for form in FORMS if form.name.isalpha()), "else")
 
 @dataclass(frozen=True, slots=True)
 class Function:
-    """A function: the values it takes and the kind it returns."""
+    """A function or an operator: the values it takes and the kind it returns.
+
+    An operator has a strength, by which it binds, and perhaps other spellings.
+    """
 
     name: str
     slots: tuple[Slot, ...]
     gives: ValueKind
-    says: str
-    example: str
+    says: str = ""
+    example: str = ""
+    strength: int = 0
+    also: tuple[str, ...] = ()
 
 
 _ONE = (Slot("number"),)
@@ -237,6 +243,47 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
              "round(2.5)"),
 )})  # fmt: skip
 """Every function except `joints(base 0, ...)`, which has a form of its own."""
+
+
+def _operator(
+    sign: str, strength: int, takes: ValueKind, gives: ValueKind, *also: str, values: int = 2
+) -> Function:
+    slots = (Slot("value", takes),) * values
+    return Function(sign, slots, gives, strength=strength, also=also)
+
+
+_NUMBER, _TRUTH, _ANY = ValueKind.NUMBER, ValueKind.TRUTH, ValueKind.ANY
+NEGATIVE = "-x"
+"""The name of the operator `-` before a value."""
+
+OPERATORS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
+    _operator("or", 1, _TRUTH, _TRUTH),
+    _operator("and", 2, _TRUTH, _TRUTH),
+    _operator("not", 3, _TRUTH, _TRUTH, values=1),
+    _operator("==", 4, _ANY, _TRUTH, "=", "is", "eq"),
+    _operator("!=", 4, _ANY, _TRUTH, "is not", "<>", "ne"),
+    _operator("<", 4, _NUMBER, _TRUTH, "lt"),
+    _operator("<=", 4, _NUMBER, _TRUTH, "le"),
+    _operator(">", 4, _NUMBER, _TRUTH, "gt"),
+    _operator(">=", 4, _NUMBER, _TRUTH, "ge"),
+    _operator("+", 5, _NUMBER, _NUMBER),
+    _operator("-", 5, _NUMBER, _NUMBER),
+    _operator("*", 6, _NUMBER, _NUMBER),
+    _operator("/", 6, _NUMBER, _NUMBER),
+    _operator(NEGATIVE, 7, _NUMBER, _NUMBER, values=1),
+)})  # fmt: skip
+"""Every operator, the weakest first: a stronger one binds more closely."""
+
+COMPARES = OPERATORS["=="].strength
+"""How closely all comparisons bind; they cannot be chained."""
+
+PARTS: Mapping[str, Function] = MappingProxyType(
+    {f".{name}": Function(f".{name}", (PLACE,), _NUMBER, strength=8) for name in POSE_FIELDS}
+)
+"""The parts of a place, such as `pick.x`."""
+
+CALLABLE: Mapping[str, Function] = MappingProxyType({**FUNCTIONS, **OPERATORS, **PARTS})
+"""Everything that makes a value of values, under the name that `Use` has for it."""
 
 HERE = "here"
 """The name of the place where the arm stands."""

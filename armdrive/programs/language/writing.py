@@ -6,36 +6,28 @@ from collections.abc import Iterator
 
 from armdrive.programs.language.syntax import (
     Assign,
-    Binary,
     Call,
     Define,
     Do,
     Expression,
-    FieldOf,
     Goto,
     If,
     JointsOf,
     Label,
+    Literal,
     Name,
-    Number,
     Remark,
     Repeat,
     Statement,
-    TextValue,
     Tree,
-    Truth,
-    Unary,
     Use,
     While,
     bodies,
 )
-from armdrive.programs.language.values import COMPARES, OPERATORS
+from armdrive.programs.language.words import COMPARES, NEGATIVE, OPERATORS, PARTS
 
 INDENT = "  "
 """The indentation of each block."""
-
-_MINUS, _PART = 7, 8
-"""How closely `-` before a value binds, and the parts of a place."""
 
 
 def unparse(tree: Tree) -> str:
@@ -106,47 +98,52 @@ def _listed(values: tuple[Expression, ...]) -> str:
 def _value(value: Expression, strength: int) -> str:
     """Return a value, in brackets if the operator around it binds as strongly."""
     match value:
-        case Number():
-            text = _number(value)
-            return f"({text})" if strength == _PART else text
-        case Truth():
-            return "on" if value.value else "off"
-        case TextValue():
-            return '"' + value.value.replace('"', '""') + '"'
+        case Literal():
+            return _literal(value, strength)
         case Name():
             return value.name
-        case Use():
-            return f"{value.name}({_listed(value.arguments)})"
-        case FieldOf():
-            return f"{_value(value.value, _PART)}.{value.name}"
         case JointsOf():
             angles = (f"{name} {_value(each, COMPARES)}" for name, each in value.angles)
             return f"joints({', '.join(angles)})"
-        case Unary():
-            own = _MINUS if value.sign == "-" else OPERATORS[value.sign].strength
-            space = "" if value.sign == "-" else " "
-            text = f"{value.sign}{space}{_value(value.value, own - 1)}"
-        case Binary():
-            own, text = _binary(value)
-    return f"({text})" if own <= strength else text
+        case Use(name=name) if name in OPERATORS:
+            own = OPERATORS[name].strength
+            text = _operation(name, own, *value.arguments)
+            return f"({text})" if own <= strength else text
+        case Use(name=name) if name in PARTS:
+            return _value(value.arguments[0], _PART) + name
+        case Use():
+            return f"{value.name}({_listed(value.arguments)})"
 
 
-def _binary(value: Binary) -> tuple[int, str]:
-    own = OPERATORS[value.sign].strength
-    sign = value.sign
-    if isinstance(value.right, Truth):
-        sign = {"==": "is", "!=": "is not"}.get(sign, sign)
+_PART = next(iter(PARTS.values())).strength
+
+
+def _operation(name: str, own: int, first: Expression, second: Expression | None = None) -> str:
+    if second is None:
+        sign = "-" if name == NEGATIVE else f"{name} "
+        return f"{sign}{_value(first, own - 1)}"
+    if isinstance(second, Literal) and isinstance(second.value, bool):
+        name = {"==": "is", "!=": "is not"}.get(name, name)
     left_bound = own if own == COMPARES else own - 1
-    return own, f"{_value(value.left, left_bound)} {sign} {_value(value.right, own)}"
+    return f"{_value(first, left_bound)} {name} {_value(second, own)}"
 
 
-def _number(value: Number) -> str:
-    if not value.percent:
-        return _decimal(value.value)
-    for text in (_decimal(round(value.value * 100.0, 9)), _decimal(value.value * 100.0)):
-        if float(text) / 100.0 == value.value:
+def _literal(value: Literal, strength: int) -> str:
+    match value.value:
+        case bool(on):
+            return "on" if on else "off"
+        case str(text):
+            return '"' + text.replace('"', '""') + '"'
+        case amount:
+            written = _percent(amount) if value.percent else _decimal(amount)
+            return f"({written})" if strength == _PART else written
+
+
+def _percent(fraction: float) -> str:
+    for text in (_decimal(round(fraction * 100.0, 9)), _decimal(fraction * 100.0)):
+        if float(text) / 100.0 == fraction:
             return f"{text}%"
-    return _decimal(value.value)
+    return _decimal(fraction)
 
 
 def _decimal(value: float) -> str:

@@ -17,10 +17,9 @@ from armdrive.programs.language.syntax import (
     NAME,
     Do,
     Expression,
+    Literal,
     Name,
-    Number,
     Statement,
-    TextValue,
     Tree,
     Use,
     every,
@@ -76,21 +75,21 @@ class TaughtLines:
                 raise BadRequest(f"the fingers {', '.join(GRIPS)}, or go to mm, not {grip!r}")
             self._lines.append(Do("grasp" if grip == "grasp" else f"{grip}_now"))
         else:
-            self._lines.append(Do("open_now", (Number(grip),)) if grip else Do("close_now"))
+            self._lines.append(Do("open_now", (Literal(grip),)) if grip else Do("close_now"))
 
     def delay(self, time_s: float) -> None:
         """Let time pass."""
-        self._lines.append(Do("delay", (Number(time_s),)))
+        self._lines.append(Do("delay", (Literal(time_s),)))
 
     def _set_speed(self, speed: float) -> None:
         if speed != self._speed:
-            self._lines.append(Do("speed", (Number(speed, percent=True),)))
+            self._lines.append(Do("speed", (Literal(speed, percent=True),)))
             self._speed = speed
 
     def _place(self, point: str) -> Expression:
         other = (RESERVED - FUNCTIONS.keys()) | self._own  # a function has brackets behind it
         plain = NAME.fullmatch(point) and point.lower() not in other
-        return Name(point) if plain else Use("taught", (TextValue(point),))
+        return Name(point) if plain else Use("taught", (Literal(point),))
 
 
 def _speed_at_end(tree: Tree) -> float | None:
@@ -98,11 +97,12 @@ def _speed_at_end(tree: Tree) -> float | None:
     lines = [each for each in every(tree.body) if isinstance(each, Do) and each.word == "speed"]
     if not lines:
         return 1.0
-    value = lines[-1].arguments[0]
-    certain = isinstance(value, Number) and all(
-        any(line is each for each in tree.body) for line in lines
-    )
-    return value.value if certain and isinstance(value, Number) else None
+    certain = all(any(line is each for each in tree.body) for line in lines)
+    match lines[-1].arguments[0]:
+        case Literal(value=float(speed)) if certain:
+            return speed
+        case _:
+            return None
 
 
 SAME_DEG = 0.05

@@ -14,32 +14,26 @@ from armdrive.programs import read_program
 from armdrive.programs.language.grammar import read_tree
 from armdrive.programs.language.syntax import (
     Assign,
-    Binary,
     Call,
     Define,
     Do,
-    FieldOf,
     Goto,
     If,
     IfBranch,
     JointsOf,
     Label,
+    Literal,
     Name,
-    Number,
     Remark,
     Repeat,
-    TextValue,
     Tree,
-    Truth,
-    Unary,
     Use,
     While,
     negative,
 )
-from armdrive.programs.language.words import FUNCTIONS, LINKS, RESERVED, WORDS
+from armdrive.programs.language.words import FUNCTIONS, LINKS, OPERATORS, PARTS, RESERVED, WORDS
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.problems import ProgramError
-from kinematics.spaces import POSE_FIELDS
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True).filter(
     lambda name: name.lower() not in RESERVED
@@ -49,21 +43,21 @@ notes = st.text(
 ).map(str.strip)
 numbers = st.floats(allow_nan=False, allow_infinity=False) | st.integers(-999, 999).map(float)
 leaves = st.one_of(
-    numbers.map(Number),
-    st.integers(0, 10000).map(lambda count: Number(float(f"{count / 100}") / 100, percent=True)),
-    st.booleans().map(Truth),
-    notes.map(TextValue),
+    numbers.map(Literal),
+    st.integers(0, 10000).map(lambda count: Literal(float(f"{count / 100}") / 100, percent=True)),
+    st.booleans().map(Literal),
+    notes.map(Literal),
     names.map(Name),
 )
-SIGNS = ("+", "-", "*", "/", "==", "!=", "<", "<=", ">", ">=", "and", "or")
+SIGNS = sorted(name for name, row in OPERATORS.items() if len(row.slots) == 2)
 
 
 def wider(inner):
     return st.one_of(
-        inner.map(lambda value: Unary("not", value)),
+        inner.map(lambda value: Use("not", (value,))),
         inner.map(negative),
-        st.builds(Binary, inner, st.sampled_from(SIGNS), inner),
-        st.builds(FieldOf, inner, st.sampled_from(sorted(POSE_FIELDS))),
+        st.builds(Use, st.sampled_from(SIGNS), st.tuples(inner, inner)),
+        st.builds(Use, st.sampled_from(sorted(PARTS)), st.tuples(inner)),
         st.builds(Use, st.sampled_from(sorted(FUNCTIONS)), st.lists(inner, max_size=3).map(tuple)),
         st.builds(
             JointsOf,
@@ -256,7 +250,7 @@ def test_comments_stay_with_their_lines_or_stand_behind_them():
     )
 
 
-@pytest.mark.parametrize("make", [Remark, TextValue])
+@pytest.mark.parametrize("make", [Remark, Literal])
 def test_a_text_with_a_line_break_is_refused(make):
     with pytest.raises(BadRequest, match="one line"):
         make("a\nb")
