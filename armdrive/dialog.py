@@ -275,7 +275,6 @@ class About(Enum):
     AGREEMENT = auto()
     CONNECT = auto()
     FREE = auto()
-    MOUNTED = auto()
     WAY = auto()
     PRESS = auto()
     RELEASE = auto()

@@ -18,9 +18,8 @@ Describing it:
 
 Trying it:
 
-    plan           the drives of an arm, their trials, and the notes kept about them
-    commissioning  the drives, one after the other
-    directions     how far each motor is turned, and what the answers say about its direction
+    commissioning  the drives on a bus, one after the other
+    directions     how far each motor is turned, and what the answers say about it
     arm_checks     the same with a connected arm, and its limit switches
     keyboard       how keys repeat in this terminal, and whether that is enough to jog
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from enum import Enum
 from pathlib import Path
@@ -16,17 +16,22 @@ from armdrive.errors.printable import command_line
 from armdrive.errors.table import named
 from armdrive.setup.directions import (
     AGAIN,
+    NOTHING,
+    OTHER,
     TRIAL_SPEED,
     DirectionCheck,
     SawMotion,
+    SeenMotion,
     Signs,
     Trial,
+    ask_share,
+    ask_small,
     ask_way,
     check_of,
 )
 from armdrive.setup.filing import FileProposal, propose_keys
 from armdrive.status import State, longest
-from kinematics.text import counted
+from kinematics.text import shown_name
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -38,7 +43,7 @@ if TYPE_CHECKING:
 
 
 def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
-    """Turn each motor of a connected arm; return the motors that the user saw reversed.
+    """Turn each motor of a connected arm; return what the user saw.
 
     `picture` shows the posture to begin in. Motors that the user leaves out, or of which the user
     saw nothing, are unclear.
@@ -65,35 +70,60 @@ def before_trials(shown: str, stop_s: float | None) -> str:
     )
 
 
+SMALL_PART = 8
+"""The first motion is this part of the second: with wrong steps in the arm file, a joint turns
+that many times too far."""
+
+
 def _try(dialog: Dialog, arm: Arm, check: DirectionCheck, trial: Trial) -> None:
-    """Turn a motor there and back, and take the user's answer."""
-    turn = f"Motor {trial.motor + 1} ({trial.name}) will turn "
-    turn += f"{counted(trial.steps, 'step')} and back. Now?"
+    """Turn a motor a very little, then a little, and take the user's answers.
+
+    It is brought back before each question, so that nothing stands away while a person thinks.
+    """
+    small_steps = max(trial.steps // SMALL_PART, 1)
+    small = trial.amount * small_steps / trial.steps
+    turn = (
+        f"Motor {trial.motor + 1} ({trial.name}) will turn the {shown_name(trial.moves)} by about "
+        f"{trial.shown(small)} and back, then by {trial.shown(trial.amount)} and back. Now?"
+    )
     if not dialog.agreed(turn, "no leaves this motor out.", default="yes"):
         check.saw(SawMotion.NOT_AT_ALL)
         return
-    dialog.person.look(moved=False)
-    _turn(arm, check)
-    # brought back before the question, so that nothing stands away while a person thinks
-    dialog.person.look(moved=True)
-    _turn(arm, check)
+    _there_and_back(dialog, arm, trial, small_steps)
+    if not ask_small(dialog, trial, small):
+        share = ask_share(dialog, trial, small)
+        check.note(SeenMotion(trial, SawMotion.ELSE_FAR, share=share))
+        return
+    _there_and_back(dialog, arm, trial, trial.steps)
     word, roll = ask_way(dialog, trial)
-    if word != AGAIN:
-        check.note(trial.seen(word, roll))
+    if word == AGAIN:
+        return
+    seen = trial.seen(word, roll)
+    if word not in (NOTHING, OTHER):
+        seen = replace(seen, share=ask_share(dialog, trial, trial.amount))
+    check.note(seen)
 
 
-def _turn(arm: Arm, check: DirectionCheck) -> None:
+def _there_and_back(dialog: Dialog, arm: Arm, trial: Trial, steps: int) -> None:
+    counts = [0] * arm.abilities.motors
+    dialog.person.look(moved=False)
+    counts[trial.motor] = steps
+    _turn(arm, counts)
+    dialog.person.look(moved=True)
+    counts[trial.motor] = -steps
+    arm.move_motors(*counts, speed=TRIAL_SPEED)
+
+
+def _turn(arm: Arm, counts: Sequence[int]) -> None:
     """Turn one motor; a board that is locked until it has homed is unlocked by `reset`."""
-    steps = check.steps(arm.abilities.motors)
     try:
-        arm.move_motors(*steps, speed=TRIAL_SPEED)
+        arm.move_motors(*counts, speed=TRIAL_SPEED)
     except DeviceFault:
-        if check.away or arm.config.homing is None:
+        if arm.config.homing is None:
             raise
         arm.reset()
         arm.enable()
-        arm.move_motors(*steps, speed=TRIAL_SPEED)
-    check.turned()
+        arm.move_motors(*counts, speed=TRIAL_SPEED)
 
 
 # Limit switches: the user presses each by hand while the arm stands.

@@ -15,7 +15,6 @@ from __future__ import annotations
 import contextlib
 import math
 import time
-from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from armdrive.dialects.bus.tools import DriveDialog, Executor
@@ -28,8 +27,6 @@ from armdrive.transports.link import Link
 
 STOP_S = 3.0
 """A stopped request has this long to end."""
-SILENCE_S = 1.2
-"""The length of a deliberate silence: the motion that was begun ends within it."""
 
 
 class Clock(Protocol):
@@ -69,47 +66,31 @@ class DialogClock:
         self._now_s = min(max(link.next_s(), self._now_s), until_s)
 
 
-def carry_out(
-    executor: Executor,
-    request: Any,
-    link: Link,
-    clock: Clock,
-    silent_after_s: float = math.inf,
-) -> Any:
+def carry_out(executor: Executor, request: Any, link: Link, clock: Clock) -> Any:
     """Carry out a request over a link; return its reply. Raises `LinkLost`.
 
-    An exception stops the motion that the request has begun. With `silent_after_s` nothing is sent
-    or read from then on for `SILENCE_S`; then the motion is stopped.
+    An exception stops the motion that the request has begun.
     """
-    began_s = clock.now_s()
-    executor.begin(request, began_s)
+    executor.begin(request, clock.now_s())
     try:
-        reply = _led(executor, link, clock, began_s + silent_after_s)
-        if executor.busy:
-            until_s = clock.now_s() + SILENCE_S
-            while clock.now_s() < until_s:
-                clock.sleep(link, until_s)
-                link.read(clock.now_s())
-            reply = _stopped(executor, link, clock, hard=False)
+        return _led(executor, link, clock, math.inf)
     except LinkError:
         raise
     except BaseException:
         with contextlib.suppress(LinkError):
-            _stopped(executor, link, clock, hard=True)
+            _stop(executor, link, clock)
         raise
-    return reply
 
 
-def _stopped(executor: Executor, link: Link, clock: Clock, *, hard: bool) -> Any:
+def _stop(executor: Executor, link: Link, clock: Clock) -> None:
     if isinstance(executor, ScriptLoop):
-        executor.abandon()
+        executor.abandon()  # it may send something while it closes
         link.write(executor.advance(clock.now_s()), clock.now_s())
-        return None
-    executor.stop(hard=hard)
-    reply = _led(executor, link, clock, clock.now_s() + STOP_S)
+        return
+    executor.stop(hard=True)
+    _led(executor, link, clock, clock.now_s() + STOP_S)
     if executor.busy:
         executor.abandon()
-    return reply
 
 
 def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
@@ -138,17 +119,13 @@ def _led(executor: Executor, link: Link, clock: Clock, until_s: float) -> Any:
 
 
 def drive_dialog(
-    link: Link,
-    scripts: ScriptLoop[Any],
-    clock: Clock,
-    person: DialogPerson,
-    keep: Callable[[Mapping[str, Any]], None],
+    link: Link, scripts: ScriptLoop[Any], clock: Clock, person: DialogPerson
 ) -> DriveDialog:
     """Return a dialog during which scripts and controllers use a link."""
 
-    def carry_out_next(executor: Executor, request: Any, silent_after_s: float) -> Any:
+    def carry_out_next(executor: Executor, request: Any) -> Any:
         now_s = clock.now_s()
         executor.receive(link.read(now_s), now_s)  # older bytes answer no new request
-        return carry_out(executor, request, link, clock, silent_after_s)
+        return carry_out(executor, request, link, clock)
 
-    return DriveDialog(person, scripts, carry_out_next, keep)
+    return DriveDialog(person, scripts, carry_out_next)

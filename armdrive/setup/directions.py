@@ -16,14 +16,14 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialog import About, Dialog, Question, WrongAnswer, choice
+from armdrive.dialog import About, Dialog, Question, WrongAnswer, choice, number, yes_or_no
 from armdrive.errors import BadRequest, Refused
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change
 from kinematics.geometry import ArmGeometry
 from kinematics.limits import wrap
 from kinematics.spaces import Joints
-from kinematics.text import mm_text
+from kinematics.text import mm_text, shown_name
 from kinematics.transmission import Transmission
 
 ROLL_LEVER_MM = 40.0
@@ -130,16 +130,38 @@ TRIAL_SPEED = 0.1
 """The share of the motors' speed at which they are tried."""
 
 NOTHING, OTHER, AGAIN = "nothing", "other", "again"
+FINGERS = "fingers"
 
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """One motor turned alone by some steps, and what should be seen of it."""
+    """One motor turned alone by some steps, and what should be seen of it.
+
+    `moves` is the joint, or the fingers, that it moves most: by `amount` degrees or mm if the arm
+    file has its steps right.
+    """
 
     motor: int
     name: str
     steps: int
     expected: Sight
+    moves: str
+    amount: float
+
+    @property
+    def unit(self) -> str:
+        """The unit of `amount`."""
+        return "mm" if self.moves == FINGERS else "°"
+
+    def shown(self, amount: float) -> str:
+        """Return an amount with its unit."""
+        return f"{amount:.2g}{self.unit}" if self.unit == "°" else f"{amount:.2g} {self.unit}"
+
+    def moved(self, motion: ArmMotion) -> float:
+        """Return how far the joint or the fingers moved."""
+        if self.moves == FINGERS:
+            return abs(motion.opened_mm)
+        return abs(motion.turned_deg(self.moves))
 
     @property
     def ways(self) -> tuple[str, ...]:
@@ -199,6 +221,43 @@ def ask_way(dialog: Dialog, trial: Trial) -> tuple[str, str]:
     return word, str(dialog.ask(roll, by_eye=_seen_roll))
 
 
+MOST_SEEN = 10_000.0  # degrees or mm: more is a slip of the finger
+TOLERANCE = 0.2
+"""The arm file's steps are right if the motion that was seen differs by at most this share."""
+MUCH_FARTHER = 2.5
+"""A motion this many times as far as announced is noticed, however small it is."""
+
+
+def ask_small(dialog: Dialog, trial: Trial, about: float) -> bool:
+    """Ask whether a small motion was no larger than announced; it may be too small to be seen."""
+    question = Question(
+        f"Was that about {trial.shown(about)}, or too little to see?",
+        "no: it was much more than that. Then its steps in the arm file are wrong, and it makes "
+        "no larger motion.",
+        yes_or_no,
+        "yes",
+    )
+
+    def by_eye(motion: ArmMotion) -> str:
+        return "no" if trial.moved(motion) > MUCH_FARTHER * about else "yes"
+
+    return bool(dialog.ask(question, by_eye=by_eye))
+
+
+def ask_share(dialog: Dialog, trial: Trial, about: float) -> float:
+    """Ask how far a motor moved; return it as a share of what was expected, 1 if it is right."""
+    unit = "mm" if trial.moves == FINGERS else "degrees"
+    question = Question(
+        f"How far did the {shown_name(trial.moves)} move, in {unit}?",
+        "Measure it, or judge it by eye: an error of a fifth is small enough to find a wrong gear.",
+        number(0.001, MOST_SEEN, trial.unit),
+        f"{about:.2g}",
+    )
+    moved = float(dialog.ask(question, by_eye=lambda motion: f"{trial.moved(motion):.3g}"))
+    share = moved / about
+    return 1.0 if abs(share - 1.0) <= TOLERANCE else float(f"{share:.3g}")
+
+
 def _seen_word(trial: Trial, motion: ArmMotion) -> str:
     seen = motion.sight
     ways = [way for way in seen.visible() if way in trial.ways]
@@ -221,10 +280,11 @@ class SawMotion(Enum):
     ANOTHER = "another motor's part moved"
     TWICE = "about twice as far"
     HALF = "about half as far"
+    ELSE_FAR = "it moved much farther"
 
 
-FARTHER: Mapping[SawMotion, float] = MappingProxyType({SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5})
-"""How far the motor moved, as a share of what the arm file says."""
+SHARES: Mapping[SawMotion, float] = MappingProxyType({SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5})
+"""How far the motor moved, as a share of what the arm file says, by answers that say no number."""
 
 HAND: Mapping[SawMotion, bool | None] = MappingProxyType(
     {SawMotion.AS_SHOWN: True, SawMotion.OTHER_WAY: False, SawMotion.NOT_AT_ALL: None}
@@ -237,13 +297,15 @@ class SeenMotion:
     """What the user saw of a trial.
 
     `hand` is whether the hand turned as expected, None if that was not asked or not seen. `instead`
-    names the motor whose part moved, if the user said which.
+    names the motor whose part moved, if the user said which. `share` is how far the motor moved, as
+    a share of the expected distance.
     """
 
     trial: Trial
     saw: SawMotion
     hand: bool | None = None
     instead: str = ""
+    share: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -295,7 +357,13 @@ def trial_of(arm: ArmGeometry, transmission: Transmission, posture: Joints, moto
     )
     whole = max(round(steps), 1)
     expected = _seen(arm, posture, turning, _own_pull(turning, pulling), whole)
-    return Trial(motor, transmission.motors[motor].name, whole, expected)
+    # behind cables a motor moves several joints: the person watches the one that moves most
+    most = max(range(count), key=lambda at: abs(turning[at]))
+    if turning[most]:
+        moves, amount = transmission.joint_names[most], math.degrees(abs(turning[most])) * whole
+    else:
+        moves, amount = FINGERS, abs(pulling) * whole
+    return Trial(motor, transmission.motors[motor].name, whole, expected, moves, amount)
 
 
 def _own_pull(turning: list[float], pulling: float) -> float:
@@ -321,11 +389,13 @@ def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
         name = each.trial.name
         if each.instead:
             order[name] = each.instead
-        elif each.saw in (SawMotion.NOT_AT_ALL, SawMotion.ANOTHER):
+            continue
+        if each.saw in (SawMotion.NOT_AT_ALL, SawMotion.ANOTHER):
             unclear.append(name)
-        elif each.saw in FARTHER:
-            farther[name] = FARTHER[each.saw]
-        else:
+            continue
+        if each.share != 1.0:
+            farther[name] = each.share
+        if each.saw in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY):
             right = each.saw is SawMotion.AS_SHOWN
             if not right:
                 motors.append(name)
@@ -530,7 +600,7 @@ class DirectionCheck:
             return
         if not self.shown and what is not SawMotion.NOT_AT_ALL:
             raise BadRequest("turn it first: it has not moved yet")
-        seen = SeenMotion(trial, what, instead=instead)
+        seen = SeenMotion(trial, what, instead=instead, share=SHARES.get(what, 1.0))
         if what in (SawMotion.AS_SHOWN, SawMotion.OTHER_WAY) and trial.turns_hand:
             self._half = seen
         else:

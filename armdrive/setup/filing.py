@@ -17,9 +17,9 @@ from armdrive.errors import ArmFileError
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import arm_problems, load_arm
-from armdrive.setup.directions import Signs, changes, conclude, written_steps
+from armdrive.setup.commissioning import CommissioningPlan
+from armdrive.setup.directions import Signs, changes, written_steps
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
-from armdrive.setup.plan import CommissioningPlan, Notes
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import COUPLED
 from armdrive.storage.files import kept_aside, replace_file
@@ -331,43 +331,32 @@ def propose(path: Path, transmission: Transmission | None, signs: Signs) -> File
 # The arm file of drives that were commissioned.
 
 
-def signs_of(plan: CommissioningPlan, notes: Mapping[str, Notes]) -> Signs:
-    """Return the reversed directions of the motors that were tried."""
-    tried = [(each, notes[each.name]) for each in plan.drives if each.name in notes]
-    seen = [drive.trial.seen(noted.way, noted.roll) for drive, noted in tried if noted.way]
-    return conclude(seen, plan.roll_joint)
-
-
-def new_text(config: ArmConfig, left_out: tuple[str, ...] = ()) -> str:
+def new_text(config: ArmConfig) -> str:
     """Return the file of a preset's arm without anything about its drives."""
     setup = command_line("can", "setup", config.name)
     heading = f"{config.name}: its drives were commissioned by `{setup}`."
-    if left_out:
-        heading += f"\nDirections and gears not tried yet: {', '.join(left_out)}."
     table = config.source.table if config.source else {}
     return document((TomlSection("", (FORMAT_ENTRY, TomlEntry("model", table["model"]))),), heading)
 
 
-def commissioned(
-    text: str, config: ArmConfig, plan: CommissioningPlan, notes: Mapping[str, Notes], port: str
-) -> str:
-    """Return the text of an arm file with all that commissioning found out."""
-    table, spoken = tomllib.loads(text), config.connection.dialect
-    connection = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
-    currents = {each.current_ma for each in notes.values() if each.current_ma}
+def propose_drives(
+    path: Path, plan: CommissioningPlan, currents_ma: Mapping[str, int], port: str
+) -> FileProposal:
+    """Return the arm file, or a new one, with its port and its drives' ids and settings."""
+    before, config = _text_before(path), plan.config
+    spoken = config.connection.dialect
+    known = set(currents_ma.values())
     # the section has one current for all drives, so it is written only if all have the same
-    alike = len(currents) == 1 and len(notes) == len(plan.drives)
+    alike = len(known) == 1 and len(currents_ma) == len(plan.drives)
     ids = [each.node for each in plan.drives]
-    device = plan.tools.section(config.device, ids, currents.pop() if alike else 0)
-    gears = {each.name: notes[each.name].gear for each in plan.drives if each.name in notes}
-    steps = {name: plan.tools.counts_per_turn * gear for name, gear in gears.items() if gear}
-    directions = changes(table, config.model.transmission, signs_of(plan, notes), steps)
-    found = [
-        *(Change(("connection", key), each) for key, each in connection.items()),
-        *(Change((spoken, key), each) for key, each in device.items()),
-        *directions,
+    device = plan.tools.section(config.device, ids, known.pop() if alike else 0)
+    connection = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
+    changes = [
+        Change((section, key), each)
+        for section, keys in (("connection", connection), (spoken, device))
+        for key, each in keys.items()
     ]
-    return amended(text, found)
+    return _usable(FileProposal(path, before, amended(before or new_text(config), changes)))
 
 
 def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> FileProposal:
@@ -375,20 +364,6 @@ def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> F
     before = _text(path)
     changes = [Change((table, key), value, why) for key, value in keys.items()]
     return _usable(FileProposal(path, before, amended(before, changes)))
-
-
-def propose_drives(
-    path: Path,
-    config: ArmConfig,
-    plan: CommissioningPlan,
-    notes: Mapping[str, Notes],
-    port: str,
-    left_out: tuple[str, ...] = (),
-) -> FileProposal:
-    """Return the arm file, or a new one, with all that commissioning found out."""
-    before = _text_before(path)
-    begun = before or new_text(config, left_out)
-    return _usable(FileProposal(path, before, commissioned(begun, config, plan, notes, port)))
 
 
 def file_of(config: ArmConfig) -> Path | None:

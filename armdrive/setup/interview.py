@@ -79,7 +79,7 @@ class Interview:
                 return  # later rows may depend on the open answer
 
 
-LATER: Mapping[str, str] = {"signs": "skip"}
+LATER: Mapping[str, str] = {"reversed.motors": "none", "reversed.joints": "none"}
 """The directions are found on the arm itself, once it is connected."""
 
 

@@ -427,13 +427,6 @@ def _tolerance(draft: Draft, tolerance_mm: float) -> Entries:
     return (TomlEntry("tolerance_mm", tolerance_mm, comment),)
 
 
-_DIRECTIONS = (
-    ("skip", "later, by `armdrive config signs NAME`"),
-    ("find", "now: each motor turns a little, and you say what you saw"),
-    ("known", "I know which ones count the other way"),
-)
-
-
 # A controller whose own section has such keys, which are read off its settings.
 
 
@@ -702,24 +695,16 @@ ROWS = (
         place="guards.tolerance_mm", put=_tolerance,
     ),
     ArmRow(
-        "signs", "Which way do the motors turn?",
-        "Programs for these arms disagree on directions, so each arm has to be tried.",
-        fixed(choice(("skip", "find", "known"))),
-        lambda draft, _one: "known" if "reversed.motors" in draft.around.given else "skip",
-        choices=lambda _draft: _DIRECTIONS,
-    ),
-    ArmRow(
         "reversed.motors", "Which motors count the other way? (names with commas, or none)",
-        "The other way than the template has it.",
+        "The other way than the template has it. `armdrive config signs NAME` finds them out: each "
+        "motor turns a little, and you say what you saw.",
         lambda draft: several(_motor_names(draft)), "none",
-        when=lambda draft: draft.get("signs") == "known",
         choices=lambda draft: _names(_motor_names(draft)),
     ),
     ArmRow(
         "reversed.joints", "Which joints are reversed as a whole? (names with commas, or none)",
         "The wrist's roll, if its two motors are exchanged.",
         lambda draft: several(draft.joints), "none",
-        when=lambda draft: draft.get("signs") == "known",
         choices=lambda draft: _names(draft.joints),
     ),
     ArmRow(

@@ -3,7 +3,6 @@
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -16,9 +15,14 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import ask_round
 from armdrive.dialog import About, AskPerson
 from armdrive.registry import simulate
-from armdrive.setup.commissioning import CommissioningOutcome, commission, commission_drive
+from armdrive.setup.commissioning import (
+    CommissioningOutcome,
+    CommissioningPlan,
+    commission,
+    commission_drive,
+    plan_of,
+)
 from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog
-from armdrive.setup.plan import CommissioningPlan, plan_of
 from armdrive.setup.prober import is_command
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.mks import MksBoard
@@ -49,18 +53,6 @@ def arm(model: ArmModel = MODEL, **mks: Any) -> ArmConfig:
     source = ConfigSource({"model": "minimover5-mks"})
     device = MksSettings(**mks)
     return ArmConfig("bench", model.title, model, connection, device=device, source=source)
-
-
-def arm_as_built(
-    signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) * 6
-) -> ArmModel:
-    """Return the arm as it is really built, with other signs and gears than the preset."""
-    transmission = MODEL.transmission.with_signs(signs, (1,) * 6)
-    motors = [
-        replace(motor, steps_per_unit=motor.steps_per_unit * gear)
-        for motor, gear in zip(transmission.motors, gears, strict=True)
-    ]
-    return replace(MODEL, transmission=replace(transmission, motors=tuple(motors)))
 
 
 class Person(SimulatedPerson):
@@ -97,43 +89,31 @@ class Person(SimulatedPerson):
 class Bench:
     """A bus with new drives, and the dialog that sets them up."""
 
-    def __init__(
-        self, config: ArmConfig | None = None, truth: ArmModel = MODEL, **settings: Any
-    ) -> None:
+    def __init__(self, config: ArmConfig | None = None, **settings: Any) -> None:
         self.config = config or arm()
         self.plan = plan_of(self.config)
-        self.twin = simulate(arm(truth), **({"factory": True} | settings))
+        self.twin = simulate(arm(), **({"factory": True} | settings))
         assert isinstance(self.twin.board, MksBoard)
         self.device = self.twin.device
         self.board: Any = self.twin.board
         self.clock = DialogClock()
         self.person = Person(self.twin, self.plan)
-        self.kept: dict[str, Any] = {}
         self.said: list[tuple[int, Request]] = []
         self._spy()
 
-    def walk(
-        self, notes: dict[str, Any] | None = None, *, again: bool = False
-    ) -> CommissioningOutcome:
+    def walk(self, *, again: bool = False) -> CommissioningOutcome:
         """Run the whole dialog."""
-        return commission(self.dialog, self.plan, {} if notes is None else notes, again=again)
+        return commission(self.dialog, self.plan, again=again)
 
-    def one(self, name: str = "shoulder", notes: dict[str, Any] | None = None) -> bool:
-        """Run the dialog about one motor; `self.kept` has its notes."""
+    def one(self, name: str = "shoulder", *, again: bool = False) -> int | None:
+        """Run the dialog about one motor; return its current, None if it is not ready."""
         drive = next(each for each in self.plan.drives if each.name == name)
-        notes = self.kept if notes is None else notes
-        return commission_drive(self.dialog, self.plan, drive, notes, again=False)
-
-    def set_up(self) -> None:
-        """Run the dialog about the shoulder's drive with a motor that is not built in yet."""
-        self.person.says[About.MOUNTED] = "no"
-        assert not self.one()
+        return commission_drive(self.dialog, self.plan, drive, again=again)
 
     @property
     def dialog(self) -> DriveDialog:
         """A new dialog with the person."""
-        scripts, keep = self.plan.scripts(), self.kept.update
-        return drive_dialog(self.twin.link, scripts, self.clock, self.person, keep)
+        return drive_dialog(self.twin.link, self.plan.scripts(), self.clock, self.person)
 
     def at_waits(self, happens: Callable[[], object]) -> None:
         """Have something happen before each wait of the dialog."""

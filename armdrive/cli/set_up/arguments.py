@@ -74,7 +74,6 @@ def _config_new(parser: argparse.ArgumentParser) -> None:
         {
             "--yes": "every default, without asking",
             "--force": "overwrite an arm file of that name",
-            "--sim": "find directions on a simulated arm",
         },
     )
     add_json_option(parser)
@@ -231,7 +230,7 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
     add_switches(
         parser,
         {
-            "--again": "repeat every step",
+            "--again": "repeat the steps of drives that are ready",
             "--sim": "practise on simulated new drives",
             "--yes": "with --sim: no questions",
         },

@@ -80,6 +80,7 @@ def signs(options: argparse.Namespace) -> Iterator[Result]:
         "reversed_motors": list(found.motors),
         "reversed_joints": list(found.joints),
         "unclear": list(found.unclear),
+        "moved_times_too_far": dict(found.farther),
         "lines": list(proposal.difference),
     }
     right = () if proposal.differs or proposal.remarks else ("every direction is correct",)

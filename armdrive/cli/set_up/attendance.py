@@ -50,8 +50,7 @@ def attendance(options: argparse.Namespace, needed: str) -> Attendance:
     Raises `OperatorNeeded` for a real arm without a person at a terminal, who is `needed` there.
     """
     simulated = is_simulated(options)
-    answered = getattr(options, "answers", None) is not None
-    alone = options.yes or answered or as_json(options)
+    alone = options.yes or as_json(options)
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(
             f"you have to {needed}: run this in a terminal, or give --sim (with --yes or --json it "

@@ -1,4 +1,4 @@
-"""Commissions the drives of an arm. MKS drives get ids, settings, directions and gears.
+"""Commissions the drives of an arm. MKS drives get ids and settings.
 
 Of CiA 402 drives it measures the units.
 """
@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 from armdrive.cli.presenter import Result, say, say_lines, tell
 from armdrive.cli.questions import TerminalPerson, ask_value, ask_yes_no
@@ -29,28 +27,23 @@ from armdrive.registry.arm_files import (
     ENDING,
     arm_path,
     load_arm,
-    parse_arm,
     preset_arm,
     require_name,
 )
 from armdrive.setup import dialog_runner
-from armdrive.setup.commissioning import CommissioningOutcome, commission, measure_units
+from armdrive.setup.commissioning import (
+    CommissioningPlan,
+    commission,
+    commissionable,
+    measure_units,
+    plan_of,
+)
 from armdrive.setup.dialog_runner import Clock, DialogClock, drive_dialog
 from armdrive.setup.filing import (
     FileProposal,
     after_writing,
     propose_drives,
     propose_keys,
-    signs_of,
-)
-from armdrive.setup.plan import (
-    CommissioningPlan,
-    Notes,
-    commissionable,
-    plan_of,
-    read_notes,
-    without_motions,
-    write_notes,
 )
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import kept_aside, require_writable
@@ -78,7 +71,7 @@ def set_up(options: argparse.Namespace) -> Iterator[Result]:
             f"There is no arm file named {options.name} yet: the arm is taken for a "
             f"{config.title}. For another arm write its file first, with `armdrive config new`.",
         )
-    return _commission(config, plan, options, attended)
+    return _commission(plan, options, attended)
 
 
 def _config(name: str) -> ArmConfig:
@@ -136,56 +129,34 @@ def _known_port(config: ArmConfig) -> str:
     return PortOpening(config).find() if config.connection.names_port else ""
 
 
-def _keep_nothing(_notes: Mapping[str, Notes]) -> None:
-    """Keep no notes: of simulated drives, and where the result is written at once."""
-
-
 def _commission(
-    config: ArmConfig, plan: CommissioningPlan, options: argparse.Namespace, attended: Attendance
+    plan: CommissioningPlan, options: argparse.Namespace, attended: Attendance
 ) -> Iterator[Result]:
     """Commission drives, show the arm file, and write it if the user agrees."""
-    notes: dict[str, Notes] = {}
-    keep: Callable[[Mapping[str, Notes]], None] = _keep_nothing
-    if not attended.simulated:
-        notes = read_notes(plan.name, config.calibration)
-        keep = partial(write_notes, plan.name, config.calibration)
-    with _drives(config, options, attended, unplugged=len(plan.drives)) as drives:
-        dialog = drive_dialog(drives.link, plan.scripts(), drives.clock, drives.person, keep)
-        outcome = commission(dialog, plan, notes, again=options.again)
+    with _drives(plan.config, options, attended, unplugged=len(plan.drives)) as drives:
+        dialog = drive_dialog(drives.link, plan.scripts(), drives.clock, drives.person)
+        outcome = commission(dialog, plan, again=options.again)
     path = arm_path(options.name)
-    found, left_out = outcome.notes, outcome.left_out
-    proposal = propose_drives(path, config, plan, found, drives.port, left_out)
-    yield Result(None, _unfinished(plan, outcome))
-    view = {"arm": plan.name, "left_out": list(left_out), "arm_file": proposal.after}
+    proposal = propose_drives(path, plan, outcome.currents_ma, drives.port)
+    left_out = outcome.left_out
+    if left_out:
+        yield Result(None, f"Left out: {', '.join(left_out)}. The same command continues there.")
+    view = {"arm": plan.config.name, "left_out": list(left_out), "arm_file": proposal.after}
     text = ("", "The arm file would be:" * attended.simulated, *proposal.after.split("\n"))
     yield Result(view, text, DONE if outcome.finished else UNFINISHED, verbatim=True)
     if not attended.simulated:
-        _write_down(plan, proposal, found)
+        _write_down(proposal)
 
 
-def _unfinished(plan: CommissioningPlan, outcome: CommissioningOutcome) -> Iterator[str]:
-    if unclear := signs_of(plan, outcome.notes).unclear:
-        yield f"The directions of {', '.join(unclear)} contradict each other: repeat with --again."
-    if outcome.left_out:
-        yield f"Left out: {', '.join(outcome.left_out)}. The same command continues there."
-
-
-def _write_down(
-    plan: CommissioningPlan, proposal: FileProposal, found: Mapping[str, Notes]
-) -> None:
-    """Write the arm file if the user agrees; then the notes keep no motions, which it has."""
+def _write_down(proposal: FileProposal) -> None:
+    """Write the arm file if the user agrees, and say what comes next."""
     path = proposal.path
-    arm = parse_arm(tomllib.loads(proposal.after), name=plan.name, folder=path.parent)
     old = f" (the old text is kept as {kept_aside(path).name})" if proposal.before else ""
     if not proposal.differs:
         say(f"{path} contains all this already.")
-    elif ask_yes_no(
-        f"Write this to {path}{old}?", "no leaves the file unchanged; the notes are kept."
-    ):
+    elif ask_yes_no(f"Write this to {path}{old}?", "no leaves the file unchanged."):
         proposal.write(keep_old=True)
-        kept = {name: without_motions(each) for name, each in found.items()}
-        write_notes(plan.name, arm.calibration, kept)
-        say_lines("\n".join(after_writing(path, arm)))
+        say_lines("\n".join(after_writing(path, load_arm(path))))
 
 
 # The units of drives that have their ids and settings already.
@@ -204,7 +175,7 @@ def _measure(
     controller = DIALECTS[bus.dialect].controller(config)
     with _drives(config, options, attended) as drives:
         scripts = bus.scripts(config.device.ids)
-        dialog = drive_dialog(drives.link, scripts, drives.clock, drives.person, _keep_nothing)
+        dialog = drive_dialog(drives.link, scripts, drives.clock, drives.person)
         try:
             found = measure_units(dialog, config, controller)
         finally:

@@ -9,14 +9,11 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from armdrive.cli.presenter import Result, as_json, say, tell
 from armdrive.cli.questions import Back, ask, ask_yes_no
-from armdrive.cli.set_up.arm_trials import WATCHED, found_signs, trial_arm
-from armdrive.cli.set_up.attendance import attendance
 from armdrive.dialog import Question, WrongAnswer
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import BadRequest
 from armdrive.registry.arm_files import arm_path
 from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import after_writing, checked, files_of, write
@@ -41,8 +38,6 @@ def new(options: argparse.Namespace) -> Result:
     if "name" in given and not options.force:
         _note_existing(given["name"], silent=silent)
     draft = _interviewed(given, silent)
-    if draft.get("signs") == "find":
-        draft = _with_signs(draft, options, silent=silent)
     files = files_of(draft)
     config = checked(files, draft.name)
     for line in f"\n{files.shown}".split("\n"):
@@ -105,24 +100,6 @@ def _take_default(interview: Interview, question: Question) -> None:
         interview.answer("")
     except WrongAnswer as wrong:
         raise BadRequest(f"the answer {question.key}: {wrong}") from None
-
-
-def _with_signs(draft: Draft, options: argparse.Namespace, *, silent: bool) -> Draft:
-    """Return the draft with the directions that were seen; an error leaves them for later."""
-    config = checked(files_of(draft), draft.name)
-    try:
-        attended = attendance(options, WATCHED)
-        with trial_arm(config, simulated=attended.simulated) as arm:
-            signs = found_signs(arm, attended)
-    except ArmError as error:
-        if silent:
-            raise
-        say(f"the directions are left for later: {error}")
-        return draft
-    found: dict[str, Any] = {"reversed.motors": signs.motors, "reversed.joints": signs.joints}
-    if signs.unclear and not silent:
-        say(f"unclear: {', '.join(signs.unclear)}")
-    return Draft({**draft.answers, **found}, draft.around)
 
 
 def _agreed(path: Path, *, force: bool) -> bool:

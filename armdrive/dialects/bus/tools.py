@@ -8,7 +8,6 @@ touches a wire or a clock.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -39,26 +38,21 @@ Executor: TypeAlias = Controller | ScriptLoop[Any]
 """Carries out one request at a time, without wire or clock."""
 
 
-CarryOut: TypeAlias = Callable[[Executor, Any, float], Any]
-"""Carries out a controller's request or a script; returns its reply.
-
-After a time, which may be infinite, no frame passes for a while, as if this program had died. Then
-the request is stopped.
-"""
+CarryOut: TypeAlias = Callable[[Executor, Any], Any]
+"""Carries out a controller's request or a script; returns its reply."""
 
 
 @dataclass(frozen=True, slots=True)
 class DriveDialog(Dialog):
-    """A dialog about drives, with the wire to them; `keep` saves the notes so far."""
+    """A dialog about drives, with the wire to them."""
 
     scripts: ScriptLoop[Any]
     carry_out: CarryOut
-    keep: Callable[[Mapping[str, Any]], None]
 
     def on_wire(self, script: Callable[..., Script[Any, T]], *args: object) -> T:
         """Carry out a script with the wire and these arguments; return its result."""
         work = partial(script, self.scripts.io, *args)
-        result: T = self.carry_out(self.scripts, work, math.inf)
+        result: T = self.carry_out(self.scripts, work)
         return result
 
 
@@ -135,7 +129,7 @@ class Survey(Generic[S]):
         return [answer, *of_lost(sum(each.missed for each in self.nodes), self.garbled, health)]
 
 
-# Commissioning: each new drive gets its id and settings, then turns a little.
+# Commissioning: each new drive gets its id and settings.
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,20 +145,8 @@ class DriveAtHand(Protocol):
     """A drive that is alone with its id. Every method that writes or turns it asks first."""
 
     @property
-    def firmware(self) -> str:
-        """The firmware that it reports; empty if it reports none."""
-
-    @property
-    def keeps_settings(self) -> bool:
-        """Whether it still has the settings of an earlier setup, as far as it can report them."""
-
-    @property
-    def watchdog_s(self) -> float:
-        """How long a bus is silent before it stops by itself; 0 for never."""
-
-    @property
-    def by_itself(self) -> ArmConfig:
-        """An arm with only this drive, which turns its motor slowly, one step a count."""
+    def ready_ma(self) -> int:
+        """The motor current of a drive that has all its settings; 0 if not, or not reported."""
 
     def settle(self) -> int:
         """Set it up; return its motor current in mA, 0 if that was not changed."""
@@ -175,8 +157,8 @@ class DriveAtHand(Protocol):
     def offer_zero(self) -> None:
         """Offer a new zero if it counts too far from its own."""
 
-    def set_watchdog(self, seconds: float) -> bool:
-        """Make it stop by itself on a silent bus; return whether it will."""
+    def try_watchdog(self) -> None:
+        """Offer to try whether it stops by itself on a silent bus, and report what it did."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +173,6 @@ class CommissioningTools:
     """
 
     new_id: int
-    counts_per_turn: int
     steps: tuple[str, ...]
     caution: str
     arrive: Callable[[DriveDialog, ArmConfig, DrivePlace, bool], DriveAtHand | None]

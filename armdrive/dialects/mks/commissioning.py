@@ -1,21 +1,16 @@
-"""Set up MKS drives one after the other: id, settings, calibration.
-
-To turn a motor, its drive becomes an arm of its own (`by_itself`), which moves slowly and in
-bursts.
-"""
+"""Set up MKS drives one after the other: id, settings, calibration, and a trial of the watchdog."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.config.sections import GripperSettings
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
 from armdrive.dialects.exchange import TRIES
-from armdrive.dialects.mks.compare import value_words, wanted_settings
+from armdrive.dialects.mks.compare import WantedSetting, value_words, wanted_settings
 from armdrive.dialects.mks.contact import series_words
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
@@ -40,15 +35,18 @@ from firmware_protocol.mks import (
     TARGET_MAX,
     Ability,
     Answered,
+    ArmSynchronous,
     Bitrate,
     Calibrate,
     Code,
     Done,
     EmergencyStop,
+    Enable,
     EncoderRead,
     Failed,
     Mode,
     MotorState,
+    MoveAbsoluteAxis,
     ReadEncoder,
     ReadState,
     Request,
@@ -61,10 +59,7 @@ from firmware_protocol.mks import (
     needed_for,
 )
 from kinematics.text import counted
-from kinematics.transmission import MotorSpec, Transmission
 
-ACC = 236
-"""The ramp of a motor under test: 1000 rpm a second."""
 REACHED = 80
 """It has arrived within this many counts of its target: under two degrees of its shaft."""
 
@@ -86,8 +81,8 @@ def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
 
 LONGEST_S = 60.0
 """The longest time that a calibration is waited for; the manual states none (a guess)."""
-CALIBRATION_LOOK_S = 0.1
-"""How often its state is read, which also feeds its watchdog."""
+LOOK_S = 0.1
+"""How often a turning drive is read, which also feeds its watchdog."""
 BEGUN_S = 0.5
 """A drive that still stands after this time is not calibrating."""
 _ALREADY = "It reports that it is already calibrated. Calibrate it again?"
@@ -109,7 +104,7 @@ def calibrate(io: MksExchange, node: int) -> MksScript[bool]:
 
 def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
     began_s = io.now_s
-    look_s, end_s = began_s + CALIBRATION_LOOK_S, began_s + LONGEST_S
+    look_s, end_s = began_s + LOOK_S, began_s + LONGEST_S
     while io.now_s < end_s:
         event = yield min(look_s, end_s)
         if isinstance(event, Done | Failed) and isinstance(event.request, Calibrate):
@@ -117,11 +112,67 @@ def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
             return isinstance(event, Done)
         stands = isinstance(event, Answered) and event.answer == StateRead(MotorState.STOPPED)
         if stands and io.now_s > began_s + BEGUN_S:
-            end_s = min(end_s, io.now_s + CALIBRATION_LOOK_S)  # its final report may still follow
+            end_s = min(end_s, io.now_s + LOOK_S)  # its final report may still follow
         if event is None and io.now_s >= look_s:
-            look_s = io.now_s + CALIBRATION_LOOK_S
+            look_s = io.now_s + LOOK_S
             io.put(drive, ReadState())
     return False
+
+
+# The watchdog's trial: does a drive stop by itself if its bus falls silent while it moves?
+#
+# The manual promises it, and nobody has reported to have seen it. The motor turns so slowly, and
+# so little, that this can be tried in any arm, whatever the motor's direction and gear.
+
+TRIAL_MS = 100
+"""The watchdog's time while it is tried."""
+TRIAL_RPM = 4
+TRIAL_RUN_S = 0.8
+"""The turn takes this long if the watchdog does not stop it."""
+TRIAL_COUNTS = round(COUNTS_PER_TURN * TRIAL_RPM / 60.0 * TRIAL_RUN_S)
+"""A twentieth of a turn of the shaft: with a gear of 20:1, a degree of the joint."""
+TRIAL_ACC = 236
+"""The ramp: 1000 rpm a second."""
+SILENCE_S = 1.2
+"""Nothing is sent for this long, within which the turn ends in any case."""
+
+
+def try_watchdog(
+    io: MksExchange, node: int, usual: SilenceWatchdog, able: frozenset[Ability]
+) -> MksScript[tuple[float | None, bool]]:
+    """Begin a turn, fall silent as a program that dies does, and turn back.
+
+    Return the share of the turn that was made, None if it is not known, and whether the watchdog
+    has its usual time again: with the short one, the drive would stop in the middle of motions.
+    """
+    drive, share = io.drive(node), None
+    try:
+        start = yield from io.reading(drive, ReadEncoder())
+        yield from order(io, node, ArmSynchronous(on=False))  # its orders are obeyed at once
+        ready = (yield from order(io, node, Enable(on=True))) and (
+            yield from write(io, node, SilenceWatchdog(TRIAL_MS), able)
+        )
+        if ready and isinstance(start, EncoderRead):
+            there = MoveAbsoluteAxis(start.counts + TRIAL_COUNTS, TRIAL_RPM, TRIAL_ACC)
+            yield from order(io, node, there)
+            yield from io.pause(io.now_s + SILENCE_S)
+            at = yield from io.reading(drive, ReadEncoder())
+            if isinstance(at, EncoderRead):
+                share = abs(at.counts - start.counts) / TRIAL_COUNTS
+        restored = yield from write(io, node, usual, able)
+        if share is not None and restored:
+            back = MoveAbsoluteAxis(start.counts, TRIAL_RPM, TRIAL_ACC)  # type: ignore[union-attr]
+            yield from order(io, node, back)
+            end_s = io.now_s + SILENCE_S
+            while io.now_s < end_s:  # readings feed the watchdog
+                yield from io.reading(drive, ReadEncoder())
+                yield from io.pause(io.now_s + LOOK_S)
+    except GeneratorExit:  # the caller has given up
+        for _ in range(STOPS):
+            io.put(drive, EmergencyStop())
+            io.put(drive, usual)
+        raise
+    return share, restored
 
 
 # The settings of a drive: what differs from the arm's needs is shown, confirmed and written.
@@ -161,51 +212,36 @@ class MksDriveAtHand:
     found: KnownDrive
 
     @property
-    def firmware(self) -> str:
-        """The firmware that it reports; empty if it reports none."""
-        return str(self.found.firmware) if self.found.firmware.reported else ""
+    def ready_ma(self) -> int:
+        """The motor current of a drive that has all its settings; 0 if not, or not reported."""
+        present = self.found.settings.get(Code.CURRENT)
+        reported = present.current_ma if isinstance(present, SetCurrent) else 0
+        current_ma = int(self.arm.device.current_ma or reported)
+        ready = self.found.firmware.calibrated is not False and not self._differing(current_ma)
+        return current_ma if ready else 0
 
-    @property
-    def keeps_settings(self) -> bool:
-        """Whether it still has its mode, as far as it reports that."""
-        return self.found.mode is None or self.found.mode.mode is Mode.BUS_FOC
-
-    @property
-    def watchdog_s(self) -> float:
-        """How long a bus is silent before it stops (98, from firmware 1.0.9); 0 for never."""
-        return self.arm.device.watchdog_s if Ability.SILENCE_WATCHDOG in self.found.able else 0.0
-
-    @property
-    def by_itself(self) -> ArmConfig:
-        """An arm with only this drive, which turns its motor slowly and in bursts.
-
-        Its watchdog stays as it is, because the person has already decided on that.
-        """
-        device = replace(
-            self.arm.device,
-            ids=(self.drive.node,),
-            firmware=str(self.found.firmware),
-            watchdog_s=0.0,
-            acceleration=ACC,
-            segment_s=0.0,
-            in_position_counts=REACHED,
-        )
-        return _one_motor(replace(self.arm, device=device), self.drive.name, COUNTS_PER_TURN)
-
-    def settle(self) -> int:
-        """Write the settings; return the motor current in mA, 0 if nothing was changed."""
-        current_ma = self._current()
-        wanted = [
+    def _wanted(self, current_ma: int) -> list[WantedSetting]:
+        """Return the settings that this drive needs and its firmware has."""
+        return [
             each
             for each in wanted_settings(self.arm.device, current_ma)
             if needed_for(each.setting) in (None, *self.found.able)
         ]
-        differing = [
-            each for each in wanted if self.found.settings.get(each.setting.code) != each.setting
-        ]
+
+    def _differing(self, current_ma: int) -> list[WantedSetting]:
+        """Return those that it does not report to have."""
+        settings = self.found.settings
+        wanted = self._wanted(current_ma)
+        return [each for each in wanted if settings.get(each.setting.code) != each.setting]
+
+    def settle(self) -> int:
+        """Write the settings; return the motor current in mA, 0 if nothing was changed."""
+        current_ma = self._current()
+        differing = self._differing(current_ma)
         self._report_lacks()
         if not differing:
-            self.dialog.say(f"Its settings are right: {', '.join(each.what for each in wanted)}.")
+            right = ", ".join(each.what for each in self._wanted(current_ma))
+            self.dialog.say(f"Its settings are right: {right}.")
             return current_ma
         for each in differing:
             is_set = value_words(self.found.settings.get(each.setting.code))
@@ -229,10 +265,6 @@ class MksDriveAtHand:
 
     def _write(self, setting: Setting) -> bool:
         return self.dialog.on_wire(write, self.drive.node, setting, self.found.able)
-
-    def set_watchdog(self, seconds: float) -> bool:
-        """Make it stop by itself on a silent bus; return whether it will."""
-        return self._write(SilenceWatchdog(round(seconds * 1000)))
 
     def _current(self) -> int:
         if self.arm.device.current_ma:
@@ -320,18 +352,50 @@ class MksDriveAtHand:
                 "anything turns it."
             )
 
+    def try_watchdog(self) -> None:
+        """Offer to try whether it stops by itself on a silent bus, and report what it did."""
+        usual_ms = round(self.arm.device.watchdog_s * 1000)
+        if not usual_ms or Ability.SILENCE_WATCHDOG not in self.found.able:
+            return
+        node, degrees = self.drive.node, 360.0 * TRIAL_COUNTS / COUNTS_PER_TURN
+        if not self.dialog.agreed(
+            f"Try the watchdog? The {self.drive.name} motor is switched on, its shaft turns by up "
+            f"to {degrees:.0f}° and back, and the bus falls silent: the drive should stop early by "
+            "itself. If it does not, only the supply's switch ends the turn early. Now?",
+            f"The watchdog is set to {TRIAL_MS} ms for the trial, and back to {usual_ms} ms "
+            "afterwards. no leaves it untried.",
+        ):
+            return
+        share, restored = None, False
+        try:
+            share, restored = self.dialog.on_wire(
+                try_watchdog, node, SilenceWatchdog(usual_ms), self.found.able
+            )
+        finally:
+            if not restored:
+                self.dialog.say(
+                    f"The watchdog of drive {node} may still be at {TRIAL_MS} ms, which stops the "
+                    "drive in the middle of motions. Check its supply and cable, then run "
+                    f"`{command_line('can', 'setup', self.arm.name)}` again, which sets it back."
+                )
+        self.dialog.say(_watchdog_words(share))
 
-def _one_motor(config: ArmConfig, name: str, fastest_hz: float) -> ArmConfig:
-    """Return an arm with a single motor, no faster than this, one step a count.
 
-    Its controller can turn a motor before it is known what that motor moves.
-    """
-    turns = Transmission((MotorSpec(name, 1.0, (1.0,)),), (name,))
-    return replace(
-        config,
-        model=replace(config.model, transmission=turns, joint_speeds_rad_s=(fastest_hz,)),
-        connection=replace(config.connection, port=""),
-        gripper=GripperSettings(),
+STILL_SHARE, STOPPED_SHARE = 0.02, 0.7
+"""A motor that made less than the first share of its turn did not run, less than the second was
+stopped."""
+
+
+def _watchdog_words(share: float | None) -> str:
+    if share is None:
+        return "The drive did not take part in the trial: check its supply and cable."
+    if share < STILL_SHARE:
+        return "The motor did not move at all, so the trial shows nothing."
+    if share <= STOPPED_SHARE:
+        return f"The watchdog works: it stopped after {share:.0%} of the way."
+    return (
+        "The watchdog did not stop it. If this computer dies, the drive goes on to its last "
+        "target, which armdrive keeps at most 0.3 s ahead."
     )
 
 
@@ -467,7 +531,7 @@ STEPS = (
     "its id, and whether it is alone with it",
     f"its settings: mode {Mode.BUS_FOC.title}, replies, microsteps, current, watchdog",
     "its encoder's calibration, if it has none: with a free shaft",
-    "in the arm: direction and gear by a small motion, and the watchdog by another",
+    "its watchdog: a small turn, which has to end when the bus falls silent",
 )
 """The steps for each drive, in order."""
 
@@ -482,10 +546,9 @@ BUS = BusTools(
     bit_rates=tuple(each.bits_s for each in Bitrate),
     connects=True,
     next=("can", "setup", "NAME"),
-    hint="does more: it writes the arm file, and sets the drives up and tries them one by one",
+    hint="does more: it writes the arm file, and sets the drives up one by one",
     commissioning=CommissioningTools(
         new_id=NODE_DEFAULT,
-        counts_per_turn=COUNTS_PER_TURN,
         steps=STEPS,
         caution=ONE_AT_A_TIME,
         arrive=arrive,

@@ -17,7 +17,6 @@ from armdrive.programs.acts import Remember
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.programs.running import Performer
 from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
-from armdrive.setup import plan as kept
 from armdrive.setup.filing import checked, new_text, typed_text
 from armdrive.setup.interview import Describing
 from armdrive.setup.templates import available
@@ -341,19 +340,6 @@ def test_points_in_a_layout_that_cannot_be_edited_are_refused_and_stay():
 
 
 # -- what armdrive keeps for itself -----------------------------------------------------------
-
-
-@every_row("number", ["2", "0", "true", '"1"', "1.0"])
-def test_notes_of_a_commissioning_of_an_unknown_format_are_not_used(number):
-    kept.write_notes("bench", "x", {"base": kept.Notes(way="left", done=True)})
-    path = kept.notes_file("bench")
-    text = path.read_text(encoding="utf-8")
-    assert '"format": 1' in text
-    path.write_text(text.replace('"format": 1', f'"format": {number}'), encoding="utf-8")
-    with pytest.raises(StateFileError, match=r"format: expected the whole number 1|newer than"):
-        kept.read_notes("bench", "x")
-    path.write_text(text.replace('"format": 1,', ""), encoding="utf-8")
-    assert kept.read_notes("bench", "x")["base"].way == "left"
 
 
 def test_a_journal_of_another_format_is_not_called_damaged():

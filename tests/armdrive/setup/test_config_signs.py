@@ -1,12 +1,12 @@
 """Directions found by looking: on twins whose motors really count the other way."""
 
-import io
+import math
 import tomllib
 from dataclasses import replace
 
 import pytest
 from amounts import every_row
-from cli_calls import Caller
+from cli_calls import write_bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -36,7 +36,6 @@ from armdrive.setup.filing import files_of, propose, propose_keys, write
 from armdrive.setup.interview import Interview
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.sim.world.body import found_posture
-from armdrive.storage import files as places
 from armdrive.text.toml_amend import Change, amended
 from kinematics import Joints, preset
 
@@ -180,15 +179,46 @@ def test_a_six_axis_board_that_is_locked_until_it_homes_is_looked_at_too(tmp_pat
     assert found.joints == found.unclear == ()
 
 
-def test_ctrl_c_while_a_motor_turns_stops_the_arm_and_writes_nothing(monkeypatch, capsys):
-    def interrupted(arm, check):
+def test_ctrl_c_while_a_motor_turns_writes_nothing(monkeypatch, call):
+    def interrupted(*_):
         raise KeyboardInterrupt
 
+    path = write_bench()
+    before = path.read_text(encoding="utf-8")
     monkeypatch.setattr(finding_signs, "_turn", interrupted)
-    words = ("config", "new", "bench", "--template", "teachmover", "--sim")
-    monkeypatch.setattr("sys.stdin", io.StringIO("\n" * 10 + "find\nyes\n\n"))
-    Caller(capsys)(*words, code=130)
-    assert not (places.arm_files() / "bench.toml").exists()
+    call("config", "signs", "bench", "--sim", "--yes", code=130)
+    assert path.read_text(encoding="utf-8") == before
+
+
+@pytest.mark.parametrize(("share", "most_deg"), [(2.0, 12.0), (10.0, 8.0)])
+def test_a_motor_that_turns_farther_than_its_file_says_is_corrected(tmp_path, share, most_deg):
+    """A gear that is very wrong shows at the small motion, and no larger one follows."""
+    path = arm_file(tmp_path)
+    config = load_arm(path)
+    model = config.model
+    motors = [
+        replace(motor, steps_per_unit=motor.steps_per_unit / (share if each == 1 else 1.0))
+        for each, motor in enumerate(model.transmission.motors)
+    ]
+    truth = replace(model, transmission=replace(model.transmission, motors=tuple(motors)))
+    twin = simulate(replace(config, model=truth))
+    with Arm(connect_simulated(config, twin=twin)) as arm:
+        start, most = twin.world.joints[1], [0.0]
+        person = SimulatedPerson(twin, lambda _line: None)
+        look = person.look
+
+        def watched(*, moved):
+            most.append(abs(twin.world.joints[1] - start))
+            look(moved=moved)
+
+        person.look = watched
+        found = find_signs(Dialog(person), arm)
+    assert found.farther == {"shoulder": pytest.approx(share, rel=0.05)}
+    assert found.motors == found.joints == found.unclear == ()
+    assert math.degrees(max(most)) < most_deg
+    propose(path, model.transmission, found).write()
+    after = load_arm(path).model.transmission.motors[1].steps_per_unit
+    assert after == pytest.approx(truth.transmission.motors[1].steps_per_unit, rel=0.05)
 
 
 # What was seen of each motor becomes the keys of the arm file that it contradicts.

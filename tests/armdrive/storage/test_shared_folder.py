@@ -17,7 +17,6 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.errors import ArmError, PointsFileError, StateFileError
 from armdrive.programs.journal import interrupted, journal_file
-from armdrive.setup import plan as notes
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import DISK, append_line, create_lock, replace_durably, replace_file
@@ -84,11 +83,6 @@ def a_world():
     return path
 
 
-def some_notes():
-    notes.write_notes("bench", "1", {"base": notes.Notes()})
-    return notes.notes_file("bench")
-
-
 def a_journal():
     path = journal_file("bench")
     replace_file(path, "{}")
@@ -132,7 +126,6 @@ def a_default():
 WRITERS = {
     "position": (a_record, state_file),
     "world": (a_world, chosen_arm.world_file),
-    "notes": (some_notes, notes.notes_file),
     "journal": (a_journal, journal_file),
     "memory": (a_memory, lambda _: memory_file()),
     "history": (a_history, lambda _: places.states() / shell.HISTORY),
@@ -226,12 +219,6 @@ def read_world():
     return str(found.value)
 
 
-def read_notes():
-    with pytest.raises(StateFileError, match="cannot be read") as found:
-        notes.read_notes("bench", "1")
-    return str(found.value)
-
-
 def read_journal():
     with pytest.raises(StateFileError) as found:
         interrupted("bench")
@@ -254,7 +241,6 @@ def read_logbook():
 READERS = {
     "position": (read_record, state_file),
     "world": (read_world, chosen_arm.world_file),
-    "notes": (read_notes, notes.notes_file),
     "journal": (read_journal, journal_file),
     "memory": (read_memory, lambda _: memory_file()),
     "notice": (read_notice, lambda _: notice_path("bench", "holder")),

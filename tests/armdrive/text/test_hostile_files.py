@@ -106,7 +106,7 @@ def test_a_hostile_content_in_our_own_folders_is_told(call, content):
     places.points_file("bench").parent.mkdir(parents=True)
     places.points_file("bench").write_bytes(content)
     places.states().mkdir(parents=True)
-    for kind in ("world.json", "program.json", "can-setup.json", "json"):
+    for kind in ("world.json", "program.json", "json"):
         (places.states() / f"{places.file_name('sim:teachmover')}.{kind}").write_bytes(content)
     for words in (
         ("config", "list"),

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 from can_bench import frames_of
-from can_setup_bench import NAMES, ServedBus, another_program, arm
-from cli_calls import Terminal, state_files, typed, write_arm_file
+from can_setup_bench import ServedBus, another_program, arm
+from cli_calls import Terminal, typed, write_arm_file
 from hypothesis import given
 from hypothesis import strategies as st
 from waiting import LONG_S, at_last
@@ -20,12 +20,11 @@ from armdrive.cli.set_up import can_setup
 from armdrive.dialects.bus.words import FrameCheck, FrameKind
 from armdrive.dialects.mks.words import MksFrameDescriber
 from armdrive.dialog import About
-from armdrive.errors import NoAnswer, StateFileError
+from armdrive.errors import NoAnswer
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm
-from armdrive.setup import plan as kept
+from armdrive.setup.commissioning import plan_of
 from armdrive.setup.dialog_runner import DialogClock
-from armdrive.setup.plan import plan_of
 from armdrive.setup.simulated_person import SimulatedPerson
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -238,13 +237,13 @@ def drives(monkeypatch):
     person = SimulatedPerson(twin, print)
     person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
-    seen = SimpleNamespace(link=link, mounted={1, 2}, on_mounted=None)
+    seen = SimpleNamespace(link=link, there={1, 2}, on_plugged=None)
 
     def told(asked):
-        if asked.about is About.MOUNTED and seen.on_mounted is not None:
-            return seen.on_mounted(asked)
-        if asked.about is About.MOUNTED and asked.motor not in seen.mounted:
-            return asked.question.read("no")  # as if the rest of the arm were not there yet
+        if asked.about is About.CONNECT and seen.on_plugged is not None:
+            return seen.on_plugged(asked)
+        if asked.about is About.CONNECT and asked.motor not in seen.there:
+            return asked.question.read("no")  # as if the other drives were not there yet
         return answer(asked)
 
     person.answer = told
@@ -261,7 +260,6 @@ def test_practice_needs_no_drives_and_writes_nothing(call):
     assert called.json["left_out"] == []
     assert tomllib.loads(called.json["arm_file"])["mks"]["ids"] == [1, 2, 3, 4, 5, 6]
     assert not places.arm_files().exists() or not list(places.arm_files().iterdir())
-    assert state_files(kept.NOTES_ENDING) == []
 
 
 def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
@@ -272,13 +270,13 @@ def test_the_file_is_written_once_that_is_agreed_to_and_the_rest_goes_on_later(
     called = call("can", "setup", "bench", "--port", PORT, code=1)
     assert "Left out: right wrist, left wrist, gripper, base" in called.out
     assert not path.exists()
-    assert kept.read_notes("bench", arm().calibration)["elbow"].done
+    drives.there = set()
     type_in(monkeypatch, "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=1)
-    assert "its settings: nothing to do" in called.out
+    assert called.out.count("its settings: nothing to do") == 2
     table = tomllib.loads(path.read_text())
     assert table["connection"]["port"] == PORT
-    assert "armdrive jog --arm bench" in called.out
+    assert "armdrive config signs bench" in called.out
     before = path.read_text()
     type_in(monkeypatch)
     called = call("can", "setup", "bench", code=1)  # the port is the file's now
@@ -290,7 +288,7 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     path = write_arm_file(
         "bench",
         '# mine\nmodel = "minimover5-mks"\ntitle = "Mine"\n\n[connection]\ndialect = "mks"\n'
-        f'port = "{PORT}"\n\n[limits_deg]\nbase = [-80, 80]\n\n[motor_signs]\nshoulder = -1\n',
+        f'port = "{PORT}"\n\n[limits_deg]\nbase = [-80, 80]\n',
     )
     old = path.read_text()
     type_in(monkeypatch, "yes")
@@ -298,7 +296,6 @@ def test_a_file_that_is_there_is_taken_as_it_is_and_its_old_text_kept(call, driv
     table = tomllib.loads(path.read_text())
     assert table["title"] == "Mine"
     assert table["limits_deg"] == {"base": [-80, 80]}
-    assert table["motor_signs"] == {"shoulder": 1}  # it was written the wrong way round
     assert path.with_name("bench.toml.before").read_text() == old
     type_in(monkeypatch)
     assert "contains all this already" in call("can", "setup", "bench", code=1).out
@@ -385,7 +382,7 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
     there = [CanPort(PORT, "CANable"), CanPort("can:socketcan:can0", "the kernel's")]
     monkeypatch.setattr("armdrive.transports.ports.list_can_ports", lambda ports: there)
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
-    drives.mounted = set()
+    drives.there = set()
     type_in(monkeypatch, "/dev/ttyACM7", "1", "yes")
     called = call("can", "setup", "bench", code=1)
     lines = called.out.splitlines()
@@ -394,22 +391,6 @@ def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatc
     assert (
         tomllib.loads((places.arm_files() / "bench.toml").read_text())["connection"]["port"] == PORT
     )
-
-
-def test_unreadable_notes_are_reported_with_the_remedy():
-    path = kept.notes_file("bench")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    for text in ("{", '{"calibration": "x", "motors": {"base": {"gear": "much"}}}', "[]", '"x"'):
-        path.write_text(text)
-        with pytest.raises(StateFileError, match="delete it"):
-            kept.read_notes("bench", "x")
-    kept.write_notes("bench", "x", {"base": kept.Notes(way="left", gear=3.0, done=True)})
-    assert kept.read_notes("bench", "x")["base"].way == "left"
-    assert kept.read_notes("bench", "y")["base"] == kept.Notes(
-        done=True
-    )  # steps mean something else
-    assert kept.read_notes("other", "x") == {}
-    assert set(NAMES) == {each.name for each in plan_of(arm()).drives}
 
 
 def test_an_interview_about_drives_that_count_by_their_encoder_asks_for_no_microsteps(call):
@@ -435,7 +416,7 @@ def test_another_program_can_stop_a_setup(call, drives, monkeypatch):
         ask_holder("bench", "stop")
         return asked.question.read("yes")
 
-    drives.on_mounted = stop
+    drives.on_plugged = stop
     called = call("can", "setup", "bench", "--port", PORT, code=130)
     assert "sets its drives up" in said[0]
     assert "interrupted" in called.err

@@ -16,12 +16,10 @@ from armdrive.cli.set_up import arm_trials
 from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
 from armdrive.cli.set_up.attendance import Attendance
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.setup.questions import ROWS
 from armdrive.setup.templates import TEMPLATES
-from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 
@@ -37,8 +35,8 @@ def written():
     return [path for path in folder.rglob("*") if path.is_file()] if folder.exists() else []
 
 
-# title, dialect, port, baud, lengths, motors, limits, speeds, park, guards
-DEFAULTS = [""] * 10
+# title, dialect, port, baud, lengths, motors, limits, speeds, park, guards, two of directions
+DEFAULTS = [""] * 12
 
 
 def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, typing, monkeypatch):
@@ -46,7 +44,7 @@ def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, ty
     home.parent.mkdir(parents=True, exist_ok=True)
     home.touch()
     monkeypatch.setenv("ARMDRIVE_HOME", str(home))
-    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "skip", "yes")
+    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "yes")
     said = call("config", "new", code=1)
     assert str(places.arm_files()) in said.err
     assert "make its folder writable" in said.err
@@ -54,7 +52,7 @@ def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, ty
 
 
 def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing, monkeypatch):
-    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "skip", "yes")
+    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "yes")
     said = call("config", "new", code=0)
     assert "Which port leads to it?" in said.out
     assert re.search(r"A title\?.* The one\n", said.out)  # what came by the pipe is shown
@@ -68,17 +66,17 @@ def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing,
 
 
 def test_a_question_mark_explains_and_back_goes_back(call, typing):
-    typing("bench", "robko01", "back", "teachmover", "?", *DEFAULTS, "skip", "yes")
+    typing("bench", "robko01", "back", "teachmover", "?", *DEFAULTS, "yes")
     said = call("config", "new", code=0)
     assert "Shown wherever the arm is named." in said.out
     assert load_arm(arm_path("bench")).model.key == "teachmover"
-    typing("one", "back", "two", *DEFAULTS[1:], "skip", "yes")  # passes over what was given
+    typing("one", "back", "two", *DEFAULTS[1:], "yes")  # passes over what was given
     call("config", "new", "other", "--template", "teachmover", code=0)
     assert load_arm(arm_path("other")).title == "two"
 
 
 def test_a_wrong_answer_is_named_and_asked_again(call, typing):
-    typing("my arm!", "bench", "teachmover", *DEFAULTS[:3], "7", "", *DEFAULTS[4:], "", "yes")
+    typing("my arm!", "bench", "teachmover", *DEFAULTS[:3], "7", "", *DEFAULTS[4:], "yes")
     said = call("config", "new", code=0)
     assert "cannot name a file" in said.out
     assert "connection.baud must be from 50 to 4000000, not 7" in said.out
@@ -114,8 +112,8 @@ class Interrupted(io.StringIO):
     ("kind", "lines", "code", "said"),
     [
         (io.StringIO, ["bench", "teachmover"], 2, "A title?"),  # the input ends
-        (Interrupted, ["bench", "teachmover", *DEFAULTS, ""], 130, "interrupted"),
-        (io.StringIO, ["bench", "teachmover", *DEFAULTS, "skip", "no"], 1, "nothing is written"),
+        (Interrupted, ["bench", "teachmover", *DEFAULTS], 130, "interrupted"),
+        (io.StringIO, ["bench", "teachmover", *DEFAULTS, "no"], 1, "nothing is written"),
     ],
 )
 def test_an_interview_that_does_not_end_with_a_yes_leaves_nothing_behind(
@@ -130,7 +128,7 @@ def test_an_interview_that_does_not_end_with_a_yes_leaves_nothing_behind(
 def test_an_arm_file_is_not_overwritten_unasked(call, typing):
     write_arm_file("bench", PLAIN)
     assert "--force" in call.refused("config", "new", "bench", "--yes", "--template", "own", code=2)
-    typing(*DEFAULTS, "skip", "")
+    typing(*DEFAULTS, "")
     call("config", "new", "bench", "--template", "teachmover", code=1)
     assert arm_path("bench").read_text() == PLAIN
     call("config", "new", "bench", "--template", "teachmover", "--yes", "--force", code=0)
@@ -177,25 +175,6 @@ def test_answers_that_cannot_be_used_are_named(call, tmp_path, text, said):
     assert written() == []
 
 
-def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, monkeypatch):
-    truth = simulated_config("teachmover").model.transmission.with_signs((1, 1, -1, 1, 1, -1))
-    of_preset = twins.ArmBody.of_preset
-
-    def body(model):
-        return replace(of_preset(model), transmission=truth)
-
-    monkeypatch.setattr(twins.ArmBody, "of_preset", body)
-    # each motor: now?, what was seen (what the simulated arm shows), the wrists: and the roll
-    motors = ["", ""] * 4 + ["", "", ""] * 2
-    typing("bench", "teachmover", *DEFAULTS, "find", "yes", *motors, "yes")
-    said = call("config", "new", "--sim", code=0)
-    assert "seen on the simulated arm: up" in said.out
-    assert tomllib.loads(arm_path("bench").read_text())["motor_signs"] == {
-        "gripper": -1,
-        "elbow": -1,
-    }
-
-
 AT_A_REAL_ARM = Attendance(simulated=False, alone=False, tell=print)
 
 
@@ -217,7 +196,8 @@ def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
     assert any(line.startswith("+elbow = -1") for line in found["lines"])
     assert path.read_text(encoding="utf-8") == PLAIN
     monkeypatch.setattr(arm_trials, "attendance", lambda *_: AT_A_REAL_ARM)
-    motors = ["", ""] * 4 + ["", "", ""] * 2
+    # of each motor: now?, the small motion, which way, how far; of the wrists also the roll
+    motors = [""] * (4 * 4 + 2 * 5)
     typing("yes", *motors, "yes")
     assert f"written: {path}" in call("config", "signs", "bench", code=0).out
     assert tomllib.loads(path.read_text(encoding="utf-8"))["motor_signs"] == {"elbow": -1}
