@@ -10,20 +10,18 @@ import select
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from statistics import median
-from typing import Protocol
+from typing import Any, Protocol
 
 from armdrive.motion.dead_man import (
     HOLD_INTERVALS,
     HOLD_LONGEST_S,
     REPEAT_WITHIN_S,
-    Action,
     DeadMan,
     Disarm,
     Release,
-    hold_s,
 )
 from kinematics.text import counted
 
@@ -75,39 +73,28 @@ class KeyEvents:
 
 # Whether a held key can keep an arm moving: how the desk's dead-man switch treats its repeats.
 #
-# From the times of the events follow the delay, the rate, the jitter and a verdict. The verdict is
-# no guess: the dead-man switch itself (motion/dead_man.py) gets the same events.
+# The verdict is no guess: the dead-man switch itself (motion/dead_man.py) gets the same events.
 
-_FEWEST = 5
+FEWEST_REPEATS = 5
 """The fewest repeats from which a rate can be measured."""
-
-NO_REPEAT = (
-    "the key did not repeat: switch key repeat on (X11: xset r on; macOS, for letters: defaults "
-    "write -g ApplePressAndHoldEnabled -bool false, then a new login), or jog by single increments"
-)
-
-_ABOUT = 1.05
-"""A measured rate that is so little too slow is no fault."""
-_QUIET_S = 1.0
+SLOWEST_S = HOLD_LONGEST_S / HOLD_INTERVALS * 1.05
+"""The longest usual interval; a measured rate that is a twentieth too slow is no fault."""
+QUIET_S = 1.0
 """The dead-man switch is armed this long before the first press, as in a desk that is open."""
-_HELD_KEY = "held"
 
 
 @dataclass(frozen=True, slots=True)
 class Held:
-    """The measurements of one long press; None if too few repeats came.
+    """One long press: its events, the delay of the first repeat and the usual interval.
 
-    `jitter_s` is how much longer than usual one repeat in twenty took, and `longest_s` the longest
-    gap between two. `released_s` is how long after the last repeat the jog would end, `breaks` how
-    often it would have ended while the key was held, and `dropped` whether the dead-man switch took
-    the repeats for a backlog.
+    Both times are None if too few repeats came. `released_s` is how long after the last repeat the
+    jog would end, `breaks` how often it would have ended while the key was held, and `dropped`
+    whether the dead-man switch took the repeats for a backlog.
     """
 
     events: int
     delay_s: float | None = None
     interval_s: float | None = None
-    jitter_s: float = 0.0
-    longest_s: float = 0.0
     released_s: float | None = None
     breaks: int = 0
     dropped: bool = False
@@ -122,94 +109,36 @@ class Held:
         """Whether holding a key moves an arm smoothly, and only while the key is held."""
         return self.interval_s is not None and not self.breaks and not self.dropped
 
+    def __str__(self) -> str:
+        if self.delay_s is None or self.rate_hz is None:
+            return f"{counted(self.events, 'event')} of the held key came"
+        first = f"first repeat after {self.delay_s * 1e3:.0f} ms, then {self.rate_hz:.0f} a second"
+        if self.released_s is None:
+            return first
+        return f"{first}. A release is noticed after {self.released_s * 1e3:.0f} ms"
+
 
 def held(times_s: Sequence[float]) -> Held:
     """Measure one long press from the times of its events, the first press included."""
-    if len(times_s) < 2:
+    gaps = [after - before for before, after in pairwise(times_s)]
+    if not gaps:
         return Held(len(times_s))
-    delay_s = times_s[1] - times_s[0]
-    gaps = [after - before for before, after in pairwise(times_s[1:])]
-    if len(gaps) < _FEWEST:
-        return Held(len(times_s), delay_s)
-    usual_s = median(gaps)
-    late = sorted(gaps)[min(math.ceil(0.95 * len(gaps)), len(gaps) - 1)]
-    released_s, breaks, dropped = _played(times_s)
-    return Held(
-        events=len(times_s),
-        delay_s=delay_s,
-        interval_s=usual_s,
-        jitter_s=late - usual_s,
-        longest_s=max(gaps),
-        released_s=released_s,
-        breaks=breaks,
-        dropped=dropped,
-    )
-
-
-def _played(times_s: Sequence[float]) -> tuple[float | None, int, bool]:
-    """Feed the events to the dead-man switch; return its release time, breaks, and disarming."""
-    man = DeadMan()
-    man.arm(times_s[0] - _QUIET_S)
+    if len(gaps) <= FEWEST_REPEATS:
+        return Held(len(times_s), gaps[0])
+    switch = DeadMan()
+    switch.arm(times_s[0] - QUIET_S)
     ends: list[float] = []
     dropped = False
     for time_s in (*times_s, math.inf):
-        acted: list[tuple[float, tuple[Action, ...]]] = []
-        while (due_s := man.next_s()) < time_s:
-            acted.append((due_s, man.tick(due_s)))
-        if math.isfinite(time_s):
-            acted.append((time_s, man.press(_HELD_KEY, time_s)))
-        for now_s, actions in acted:
-            ends += [now_s for action in actions if isinstance(action, Release)]
-            dropped = dropped or any(isinstance(action, Disarm) for action in actions)
-    after = [end_s for end_s in ends if end_s >= times_s[-1]]
-    return (after[0] - times_s[-1] if after else None), len(ends) - len(after), dropped
-
-
-def advice(found: Held) -> list[str]:
-    """Return what keeps a held key from working, the worst first; nothing if it works."""
-    if found.delay_s is None:
-        return [NO_REPEAT]
-    faults = []
-    if found.delay_s > REPEAT_WITHIN_S:
-        faults.append(
-            f"the first repeat came after {found.delay_s * 1e3:.0f} ms; a hold is recognised "
-            f"within {REPEAT_WITHIN_S * 1e3:.0f} ms: set a shorter delay (X11: xset r rate 300 30; "
-            "Windows, macOS and Wayland: in the keyboard settings)"
-        )
-    if found.interval_s is None:
-        faults.append("too few repeats came to measure their rate: hold the key longer")
-        return faults
-    slowest_s = HOLD_LONGEST_S / HOLD_INTERVALS
-    if found.interval_s > slowest_s * _ABOUT:
-        faults.append(
-            f"{1.0 / found.interval_s:.0f} repeats a second are few: below {1.0 / slowest_s:.0f} a "
-            "late one already ends the jog. Set a faster repeat, 20 to 30 a second"
-        )
-    if found.dropped:
-        faults.append(
-            "repeats came in bursts, as over a link that stalls, and the dead-man switch dropped "
-            "them: use a faster link, or jog by single increments"
-        )
-    elif found.breaks:
-        faults.append(
-            f"the jog would have ended {counted(found.breaks, 'time')} while the key was "
-            "held, since "
-            f"repeats came up to {found.longest_s * 1e3:.0f} ms apart: set a faster repeat, or use "
-            "a faster link"
-        )
-    return faults
-
-
-def sentence(found: Held) -> str:
-    """Return the measurements in one line."""
-    if found.delay_s is None or found.interval_s is None:
-        return f"{counted(found.events, 'event')} of the held key came"
-    return (
-        f"first repeat after {found.delay_s * 1e3:.0f} ms, then {1.0 / found.interval_s:.0f} a "
-        f"second; one in twenty {found.jitter_s * 1e3:.0f} ms late, the longest gap "
-        f"{found.longest_s * 1e3:.0f} ms. A release is noticed after "
-        f"{(found.released_s or hold_s(found.interval_s)) * 1e3:.0f} ms"
-    )
+        while (due_s := switch.next_s()) < time_s:
+            ends += [due_s for each in switch.tick(due_s) if isinstance(each, Release)]
+        if time_s < math.inf:
+            actions = switch.press("held", time_s)
+            ends += [time_s for each in actions if isinstance(each, Release)]
+            dropped = dropped or any(isinstance(each, Disarm) for each in actions)
+    breaks = [end_s for end_s in ends if end_s < times_s[-1]]
+    released_s = None if len(breaks) == len(ends) else ends[len(breaks)] - times_s[-1]
+    return Held(len(times_s), gaps[0], median(gaps[1:]), released_s, len(breaks), dropped)
 
 
 # A terminal that passes on every byte at once, and is restored afterwards.
@@ -297,9 +226,6 @@ OVER_S = 1.5
 LONGEST_S = 15.0
 """A key that is held for longer has been measured long enough."""
 
-UNEVEN_S = 0.06
-"""A link is uneven if one repeat in twenty is later than this."""
-
 
 @dataclass(frozen=True, slots=True)
 class Examined:
@@ -309,8 +235,6 @@ class Examined:
     focus: bool | None
     releases: bool
     tmux: bool
-    screen: bool
-    remote: bool
 
     @property
     def works(self) -> bool:
@@ -320,26 +244,49 @@ class Examined:
     @property
     def remedies(self) -> list[str]:
         """The remedies, that of the worst problem first."""
-        remedies = advice(self.press)
-        if not self.focus and self.tmux:
-            remedies.append(
+        return [*self._of_press(), *self._of_terminal()]
+
+    def _of_press(self) -> Iterator[str]:
+        delay_s, interval_s = self.press.delay_s, self.press.interval_s
+        if delay_s is None:
+            yield (
+                "the key did not repeat: switch key repeat on (X11: xset r on; macOS, for letters: "
+                "defaults write -g ApplePressAndHoldEnabled -bool false, then a new login), or jog "
+                "by single increments"
+            )
+        elif delay_s > REPEAT_WITHIN_S:
+            yield (
+                f"the first repeat came after {delay_s * 1e3:.0f} ms; a hold is recognised within "
+                f"{REPEAT_WITHIN_S * 1e3:.0f} ms: set a shorter delay (X11: xset r rate 300 30; "
+                "Windows, macOS and Wayland: in the keyboard settings)"
+            )
+        elif interval_s is None:
+            yield "too few repeats came to measure their rate: hold the key longer"
+        if self.press.dropped:
+            yield (
+                "repeats came in bursts, as over a link that stalls, and the dead-man switch "
+                "dropped them: use a faster link, or jog by single increments"
+            )
+        elif self.press.breaks or (interval_s or 0.0) > SLOWEST_S:
+            yield (
+                "a late repeat ends the jog while the key is held: set a faster repeat, 20 to 30 a "
+                "second, or use a faster link"
+            )
+
+    def _of_terminal(self) -> Iterator[str]:
+        if not self.focus:
+            yield (
                 "tmux does not pass focus events on, or does not say: put `set -g focus-events on` "
                 "into ~/.tmux.conf, so that a jog ends when you click elsewhere"
-            )
-        elif not self.focus:
-            remedies.append(
-                "this terminal may not report when its window loses the focus: then only the "
+                if self.tmux
+                else "this terminal may not report when its window loses the focus: then only the "
                 "dead-man switch ends a held jog"
-                + (" (screen never reports it; tmux does)" if self.screen else "")
             )
         if self.tmux:
-            remedies.append(
-                "tmux delays Esc by half a second unless ~/.tmux.conf has `set -s "
-                "escape-time 10`; Space stops at once either way"
+            yield (
+                "tmux delays Esc by half a second unless ~/.tmux.conf has `set -s escape-time 10`; "
+                "Space stops at once either way"
             )
-        if self.remote and self.press.jitter_s > UNEVEN_S:
-            remedies.append("repeats come unevenly over this link: single increments are safer")
-        return remedies
 
     @property
     def verdict(self) -> str:
@@ -347,6 +294,34 @@ class Examined:
         if self.works:
             return "holding a key to jog will work here"
         return "holding a key will not work here: jog by single increments, one press each"
+
+    @property
+    def lines(self) -> list[str]:
+        """All of it as text."""
+        releases = "can" if self.releases else "cannot"
+        focus = {True: "can", False: "cannot", None: "did not say whether it can"}[self.focus]
+        terminal = (
+            f"Terminal{' (in tmux)' * self.tmux}: it {releases} report that a key is released; it "
+            f"{focus} report that its window loses the focus."
+        )
+        return [
+            f"Held key: {self.press}.",
+            terminal,
+            *(f"- {remedy}." for remedy in self.remedies),
+            f"Verdict: {self.verdict}.",
+        ]
+
+    def view(self) -> dict[str, Any]:
+        """Return all of it as plain data."""
+        return {
+            "held": asdict(self.press) | {"rate_hz": self.press.rate_hz},
+            "focus_events": self.focus,
+            "key_releases": self.releases,
+            "tmux": self.tmux,
+            "works": self.works,
+            "verdict": self.verdict,
+            "remedies": self.remedies,
+        }
 
 
 def examine(
@@ -362,8 +337,6 @@ def examine(
         None if focus is None else focus[1] in _KNOWN,
         _RELEASES.search(answers) is not None,
         tmux="TMUX" in environment,
-        screen="STY" in environment,
-        remote="SSH_CONNECTION" in environment,
     )
 
 

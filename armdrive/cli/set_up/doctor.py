@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -16,7 +15,7 @@ from armdrive.connect.target import find, require_real_ports
 from armdrive.dialog import Finding
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.setup.bus_survey import BusSurvey, ids_of, only_bus
-from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
+from armdrive.setup.keyboard import examine, raw_terminal
 from armdrive.setup.ports import look_at, port_of
 from armdrive.setup.survey import (
     OPENING_RISK,
@@ -167,37 +166,4 @@ def _keyboard(options: argparse.Namespace) -> Result:
 
     with raw_terminal() as terminal:
         found = examine(terminal, os.environ, whisper if as_json(options) else say)
-    return Result(_keyboard_view(found), _keyboard_lines(found), 0 if found.works else 1)
-
-
-def _keyboard_lines(found: Examined) -> list[str]:
-    releases = "can" if found.releases else "cannot"
-    focus = {True: "can", False: "cannot", None: "did not say whether it can"}[found.focus]
-    where = [word for word, here in (("tmux", found.tmux), ("screen", found.screen)) if here]
-    where += ["a remote shell"] * found.remote
-    place = f" (in {', '.join(where)})" if where else ""
-    terminal = (
-        f"Terminal{place}: it {releases} report that a key is released; it {focus} report that its "
-        "window loses the focus."
-    )
-    return [
-        f"Held key: {sentence(found.press)}.",
-        terminal,
-        *(f"- {remedy}." for remedy in found.remedies),
-        f"Verdict: {found.verdict}.",
-    ]
-
-
-def _keyboard_view(found: Examined) -> dict[str, object]:
-    press = dataclasses.asdict(found.press) | {"rate_hz": found.press.rate_hz}
-    return {
-        "held": press,
-        "focus_events": found.focus,
-        "key_releases": found.releases,
-        "tmux": found.tmux,
-        "screen": found.screen,
-        "remote": found.remote,
-        "works": found.works,
-        "verdict": found.verdict,
-        "remedies": found.remedies,
-    }
+    return Result(found.view(), found.lines, 0 if found.works else 1)

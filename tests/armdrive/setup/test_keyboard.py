@@ -5,7 +5,7 @@ import random
 import pytest
 from amounts import every_row
 
-from armdrive.setup.keyboard import KeyEvents, advice, examine, held, sentence
+from armdrive.setup.keyboard import KeyEvents, examine, held
 
 RIGHT = b"\x1b[C"
 
@@ -58,37 +58,36 @@ def test_usual_keyboards_hold(rate_hz):
     assert found.works
     assert found.rate_hz == pytest.approx(rate_hz)
     assert found.delay_s == pytest.approx(0.4)
-    assert not advice(found)
     assert 0.12 <= found.released_s <= 0.25 + 1e-9
+    assert examined(times=press(rate_hz)).remedies == []
 
 
-def test_a_long_delay_and_few_repeats_are_named_with_the_remedy():
-    late = held(press(30, delay_s=0.9))
-    assert "shorter delay" in advice(late)[0]
-    slow = held(press(6, lasts_s=5.0))
-    assert any("faster repeat" in each for each in advice(slow))
+HEAPS = [max(at, 2.0) if 1.0 < at <= 2.0 else at for at in press(30)]
 
 
-def test_a_key_that_does_not_repeat_means_single_increments():
-    found = held([0.0])
-    assert not found.works
-    assert "single increments" in advice(found)[0]
-    assert "1 event" in sentence(found)
-
-
-def test_a_link_that_delivers_in_heaps_is_seen_to():
-    times = press(30)
-    stalled = [max(at, 2.0) if 1.0 < at <= 2.0 else at for at in times]
-    found = held(stalled)
-    assert not found.works
-    assert advice(found)
+@every_row(
+    "times, works, remedy",
+    [
+        (press(30, delay_s=0.9), True, "shorter delay"),
+        (press(6, lasts_s=5.0), True, "faster repeat"),
+        (HEAPS, False, "bursts"),
+        ([at for at in press(30) if not 1.0 < at < 1.4], False, "ends the jog"),
+        ([0.0], False, "single increments"),
+        ([0.0, 0.4, 0.5], False, "hold the key longer"),
+        ([], False, "did not repeat"),
+    ],
+)
+def test_what_keeps_a_held_key_from_working_is_named_with_the_remedy(times, works, remedy):
+    found = examined(times=times)
+    assert remedy in found.remedies[0]
+    assert found.works is works
+    assert found.press.events == len(times)
+    assert ("will work" in found.lines[-1]) is works
 
 
 def test_a_gap_that_would_end_the_jog_is_counted():
-    times = [at for at in press(30) if not 1.0 < at < 1.4]
-    found = held(times)
-    assert found.breaks == 1
-    assert found.longest_s == pytest.approx(0.4, abs=0.05)
+    assert held([at for at in press(30) if not 1.0 < at < 1.4]).breaks == 1
+    assert "1 event" in str(held([0.0]))
 
 
 def test_sequences_cut_by_a_read_are_put_together():
@@ -109,30 +108,18 @@ def test_a_late_answer_of_the_terminal_is_no_key():
     assert examine(terminal, {}, terminal.tell).press.rate_hz == pytest.approx(30)
 
 
-def test_a_good_terminal_is_told_so():
-    found = examined()
-    assert (found.works, found.focus, found.releases) == (True, True, False)
-    assert found.remedies == []
-    assert "will work" in found.verdict
-
-
-def test_tmux_without_focus_events_gets_the_line_for_its_file():
-    found = examined(b"\x1b[?1004;0$y\x1b[?62c", TMUX="/tmp/x")
-    assert any("focus-events on" in each for each in found.remedies)
-    assert any("escape-time" in each for each in found.remedies)
-
-
-def test_a_terminal_that_answers_nothing_is_no_reason_to_hang():
-    found = examined(b"")
-    assert found.focus is None
-    assert found.works
-
-
-def test_without_a_key_press_the_examination_says_that_holding_does_not_work():
-    found = examined(times=[])
-    assert found.press.events == 0
-    assert not found.works
-
-
-def test_a_terminal_that_tells_releases():
-    assert examined(b"\x1b[?1u\x1b[?62c").releases
+@every_row(
+    "answers, environment, focus, releases, remedies",
+    [
+        (b"\x1b[?1004;2$y\x1b[?62c", {}, True, False, []),
+        (b"\x1b[?1u\x1b[?1004;2$y\x1b[?62c", {}, True, True, []),
+        (b"\x1b[?1004;0$y\x1b[?62c", {"TMUX": "x"}, False, False, ["focus-events", "escape-time"]),
+        (b"", {}, None, False, ["only the dead-man switch"]),  # and no reason to hang
+    ],
+)
+def test_what_a_terminal_can_report_is_asked(answers, environment, focus, releases, remedies):
+    found = examined(answers, **environment)
+    assert (found.works, found.focus, found.releases) == (True, focus, releases)
+    for wanted, remedy in zip(remedies, found.remedies, strict=True):
+        assert wanted in remedy
+    assert found.view()["remedies"] == found.remedies
