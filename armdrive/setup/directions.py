@@ -448,24 +448,20 @@ def changes(
     table: Mapping[str, Any],
     transmission: Transmission | None,
     signs: Signs,
-    measured: Mapping[str, float] = MappingProxyType({}),
 ) -> tuple[Change, ...]:
     """Return the changes to an arm file's keys.
 
-    `measured` are steps for a turn or a mm, by motor, where these were found otherwise than by how
-    far a trial went. The order of the motors is not a key, and is changed elsewhere.
+    The order of the motors is not a key, and is changed elsewhere.
     """
     known = _known_steps(table, transmission)
-    seen = {name: known[name] / share for name, share in signs.farther.items()}
-    found = {name: written_steps(each) for name, each in (seen | {**measured}).items()}
-    farther = {name: known[name] / each for name, each in found.items() if name in known}
+    found = {name: written_steps(known[name] / share) for name, share in signs.farther.items()}
     if "motors" in table:
-        return tuple(_of_motors(table["motors"], signs, found, farther))
-    return tuple(_of_preset(table, transmission, signs, found, farther))
+        return tuple(_of_motors(table["motors"], signs, found))
+    return tuple(_of_preset(table, transmission, signs, found))
 
 
 def _far(share: float) -> str:
-    return "" if share == 1.0 else f"it moved {share:g} times as far as it should have"
+    return f"it moved {share:g} times as far as it should have"
 
 
 def _of_preset(
@@ -473,12 +469,11 @@ def _of_preset(
     transmission: Transmission | None,
     signs: Signs,
     steps: Mapping[str, float],
-    farther: Mapping[str, float],
 ) -> Iterator[Change]:
     gripper = transmission.motors[-1].name if transmission and transmission.has_gripper else ""
     for name, each in steps.items():
         path = ("steps_per_mm",) if name == gripper else ("steps_per_turn", name)
-        yield Change(path, each, _far(farther[name]))
+        yield Change(path, each, _far(signs.farther[name]))
     for section, names in (("motor_signs", signs.motors), ("joint_signs", signs.joints)):
         for name in names:
             known = table.get(section, {}).get(name, 1)
@@ -489,7 +484,6 @@ def _of_motors(
     motors: list[Mapping[str, Any]],
     signs: Signs,
     steps: Mapping[str, float],
-    farther: Mapping[str, float],
 ) -> Iterator[Change]:
     """Give the changes to [[motors]]; a motor that follows another follows its direction too."""
     turned = dict.fromkeys(signs.motors, -1)
@@ -503,11 +497,13 @@ def _of_motors(
         if sees and sees != motor.get("sees"):
             yield Change(("motors", index, "sees"), sees, SawMotion.OTHER_WAY.value)
         if name in steps:
-            yield Change(("motors", index, _steps_key(motor)), steps[name], _far(farther[name]))
+            yield Change(
+                ("motors", index, _steps_key(motor)), steps[name], _far(signs.farther[name])
+            )
         follows = motor.get("follows", {})
         now = {other: ratio * own * turned.get(other, 1) for other, ratio in follows.items()}
-        mine = farther.get(name, 1.0)
-        exact = {other: one * farther.get(other, 1.0) / mine for other, one in now.items()}
+        mine = signs.farther.get(name, 1.0)
+        exact = {other: one * signs.farther.get(other, 1.0) / mine for other, one in now.items()}
         if all(one == int(one) for one in exact.values()):  # only whole steps can be added
             now = {other: int(one) for other, one in exact.items()}
         if now != follows:

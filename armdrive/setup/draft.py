@@ -184,7 +184,7 @@ class Draft:
 
     @property
     def links(self) -> LinkFile | None:
-        """The arm's model file; None for a preset, and for links that are typed."""
+        """The arm's model file; None for a preset, and until it is named."""
         if self.template.model:
             return shipped_links(self.template.model)
         found: LinkFile | None = self.get("links.file")
@@ -195,8 +195,7 @@ class Draft:
         """The joints from the table to the hand; empty until they are known."""
         if self.preset is not None:
             return self.preset.arm.joint_names
-        links = self.links
-        return tuple(self.get("links.joints", ())) if links is None else links.chain.joint_names
+        return () if self.links is None else self.links.chain.joint_names
 
     def limits_deg(self, joint: str) -> tuple[float, float] | None:
         """Return a joint's range if it is known without asking."""

@@ -78,33 +78,20 @@ def _heading(draft: Draft) -> str:
 
 def _model_text(draft: Draft) -> str | None:
     """Return the text of the arm's model file; None for an arm with a preset."""
-    if draft.preset is not None:
-        return None
-    title, links = str(draft.get("title", draft.name)), draft.links
+    links = draft.links
     if links is None:
-        rows = {joint: draft.answers[f"links.{joint}"] for joint in draft.joints}
-        return typed_text(rows, draft.name, title)
+        return None
     lengths = {
         path: draft.answers[f"lengths.{key}"] for key, path in draft.template.lengths.items()
     }
     if not lengths:
         return links.text
     measured = any(links.length_mm(path) != mm for path, mm in lengths.items())
+    title = str(draft.get("title", draft.name))
     head = {"name": draft.name, "title": title, "verified": measured}
     changes = [Change((key,), each) for key, each in head.items()]
     changes += [Change(path, mm) for path, mm in lengths.items()]
     return amended(links.text, changes)
-
-
-def typed_text(rows: Mapping[str, tuple[float, ...]], name: str, title: str) -> str:
-    """Return the model file of rows that were typed: theta, d, a, alpha of each joint."""
-    keys = ("offset_deg", "d_mm", "a_mm", "alpha_deg")
-    top = TomlSection("", (FORMAT_ENTRY, TomlEntry("name", name), TomlEntry("title", title)))
-    links = [
-        TomlSection("links", (TomlEntry("joint", joint), *map(TomlEntry, keys, row)), array=True)
-        for joint, row in rows.items()
-    ]
-    return document((top, *links), "A link table; docs/reference/arm-file.md explains the keys.")
 
 
 ORDER = (

@@ -214,27 +214,6 @@ def _own_links(draft: Draft) -> bool:
     return draft.preset is None and not draft.template.model
 
 
-def _types_links(draft: Draft) -> bool:
-    return _own_links(draft) and draft.get("links.how") == "type"
-
-
-def _typed_rows(draft: Draft) -> bool:
-    """Return whether rows of the link table are given beforehand."""
-    return any(
-        k.startswith("links.") for k in draft.around.given.keys() - {"links.how", "links.file"}
-    )
-
-
-def _joint_names(line: str) -> tuple[str, ...]:
-    names = tuple(line.replace(",", " ").split())
-    if len(names) not in (5, 6) or len(set(names)) != len(names):
-        raise WrongAnswer(f"five or six different names are needed, not {len(names)}: {line!r}")
-    for name in names:
-        if not name.isidentifier() or name in ("opening", "gripper"):
-            raise WrongAnswer(f"{name!r} cannot name a joint: one word such as wrist_pitch")
-    return names
-
-
 def _published(draft: Draft) -> bool:
     preset = draft.preset
     return preset is not None and preset.verified and preset.transmission is not None
@@ -420,13 +399,6 @@ def _posture_entries(_draft: Draft, numbers: Sequence[float]) -> Entries:
     return tuple(map(TomlEntry, COORDINATES, numbers))
 
 
-def _tolerance(draft: Draft, tolerance_mm: float) -> Entries:
-    if draft.preset is not None and tolerance_mm == draft.preset.guards.tolerance_mm:
-        return ()
-    comment = "how far below the table rounding may put a point"
-    return (TomlEntry("tolerance_mm", tolerance_mm, comment),)
-
-
 # A controller whose own section has such keys, which are read off its settings.
 
 
@@ -547,28 +519,10 @@ ROWS = (
         LENGTH, _length, each=lambda draft: tuple(draft.template.lengths),
     ),
     ArmRow(
-        "links.how", "Is there a model file with the link table, or will you type it?",
-        "A model file is a TOML file; docs/reference/arm-file.md shows one.",
-        fixed(choice(("file", "type"))),
-        lambda draft, _one: "type" if _typed_rows(draft) else "file",
-        when=_own_links,
-    ),
-    ArmRow(
-        "links.file", "Where is the model file?", "Its path; its text is copied.",
-        fixed(read_links),
-        when=lambda draft: _own_links(draft) and draft.get("links.how") == "file",
-    ),
-    ArmRow(
-        "links.joints", "The joints' names, from the table to the hand?",
-        "Five or six single words, used as in `armdrive move --joint shoulder=40`.",
-        fixed(_joint_names), "base shoulder elbow wrist_pitch wrist_roll",
-        when=_types_links,
-    ),
-    ArmRow(
-        "links.{one}", "Row of {one}: theta/deg d/mm a/mm alpha/deg?",
-        "Standard Denavit-Hartenberg: theta is the table's angle where the joint reads zero.",
-        fixed(numbers(("theta", "d", "a", "alpha"))),
-        when=_types_links, each=lambda draft: draft.get("links.joints", ()),
+        "links.file", "Where is the model file with its link table?",
+        "The path of a TOML file or a URDF; its text is copied. docs/reference/arm-file.md shows "
+        "one.",
+        fixed(read_links), when=_own_links,
     ),
     ArmRow(
         "motors", "Which motors does it have?",
@@ -685,14 +639,6 @@ ROWS = (
         "park", "Where does it park? x y z/mm pitch roll/deg (none: above the reference)",
         "Where `armdrive move --park` goes. A sixth number is the yaw of an arm with six joints.",
         _posture, "none", place="park.", put=_posture_entries,
-    ),
-    ArmRow(
-        "guards.tolerance_mm", "How far below the table may rounding put the tip, in mm?",
-        "No point of the arm is planned to go further below the table than this.",
-        default=lambda draft, _one: typed(
-            (draft.preset.guards.tolerance_mm if draft.preset else 1.0,)
-        ),
-        place="guards.tolerance_mm", put=_tolerance,
     ),
     ArmRow(
         "reversed.motors", "Which motors count the other way? (names with commas, or none)",

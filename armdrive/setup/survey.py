@@ -7,7 +7,6 @@ and of this computer are here too: so every finding is worded in one file.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -29,7 +28,6 @@ from armdrive.runtime.engine import excerpt
 from armdrive.setup import prober
 from armdrive.setup.ports import ClosedPort, lines_of
 from armdrive.setup.prober import Examination
-from armdrive.status import Lateness, SchedulingJitter
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.text.toml import value as toml
@@ -309,37 +307,6 @@ def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
     """Say why an arm that was recognised did not connect, with the remedy of its error."""
     what, fix = parted(bare(error, config.connection))
     return problem(f"it was recognised, but did not connect: {what}", fix or "try once more")
-
-
-# How punctually this computer wakes a thread, measured while nothing is opened or moved.
-
-PERIOD_S = 0.01
-DEADLINES = 60
-"""More than half a second of deadlines, ten times as dense as bursts are sent."""
-
-
-def measured_jitter(deadlines: int = DEADLINES, period_s: float = PERIOD_S) -> SchedulingJitter:
-    """Return how late a thread woke for a series of deadlines."""
-    lateness = Lateness()
-    due_s = time.perf_counter()
-    for _ in range(deadlines):
-        # deadlines, not sleeps: lateness must not add up over the series
-        due_s += period_s
-        time.sleep(max(due_s - time.perf_counter(), 0.0))
-        lateness.add(time.perf_counter() - due_s)
-    return lateness.view()
-
-
-def of_jitter(scheduling_jitter: SchedulingJitter) -> Finding:
-    """Return whether this computer is punctual enough to drive an arm smoothly."""
-    what = f"scheduling delays of this computer: {scheduling_jitter}"
-    if scheduling_jitter.punctual:
-        return ok(what)
-    return note(
-        what,
-        "other programs keep it busy, so that bursts come late and motion stutters; the arm still "
-        "stops in time. Close some, or set a longer motion.planned_burst_s",
-    )
 
 
 # What a survey reports, and the survey of a serial port.

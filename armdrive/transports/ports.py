@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import json
 import os
 import socket
-import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -18,7 +16,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 from armdrive.errors import (
-    LinkError,
     NoConnection,
     NoSuchPort,
     PortForbidden,
@@ -380,9 +377,8 @@ def _absent(port: str) -> str:
 
 # --- CAN adapters, with the address that opens each ----------------------------------------------
 #
-# The system knows most adapters: its own CAN interfaces, and others by their USB ids. python-can's
-# drivers are queried only on request, and in a separate process, because they load libraries of
-# many vendors, which may hang or crash.
+# The system knows its own CAN interfaces, and serial adapters by their USB ids. The drivers of
+# python-can are not asked for others: they load libraries of many vendors, which may hang or crash.
 
 NET = Path("/sys/class/net")
 CAN_TYPE = "280"
@@ -415,7 +411,6 @@ def bring_up(channel: str, bitrate: str = "") -> str:
     )
 
 
-USB = Path("/sys/bus/usb/devices")
 SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
     {
         (0xAD50, 0x60C4): "CANable or CANtact with slcan firmware",
@@ -424,29 +419,6 @@ SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
     }
 )
 """Serial CAN adapters by their USB ids; those with the generic ids of their chip are left out."""
-CANDLELIGHT: Mapping[tuple[int, int], str] = MappingProxyType(
-    {
-        (0x1D50, 0x606F): "CANable or other adapter with candleLight firmware (gs_usb)",
-        (0x1209, 0x2323): "candleLight (gs_usb)",
-        (0x1209, 0xCA01): "CANnectivity adapter (gs_usb)",
-        (0x1CD2, 0x606F): "CANext FD (gs_usb)",
-        (0x16D0, 0x10B8): "CANdebugger FD (gs_usb)",
-    }
-)
-"""Adapters that are not serial ports (linux/drivers/net/can/usb/gs_usb.c)."""
-PATIENCE_S = 10.0  # for all drivers of python-can together, some of which load libraries
-_NO_ADAPTERS = ("virtual", "udp_multicast", "serial")
-"""Interfaces of python-can that also list devices that are not CAN adapters."""
-_DETECT = """
-import can, json, logging, sys
-logging.disable()
-output, sys.stdout = sys.stdout, sys.stderr
-names = [name for name in can.VALID_INTERFACES if name not in sys.argv[1:]]
-found = can.detect_available_configs(names)
-keys = ("interface", "channel")
-json.dump([[str(one.get(key, "")) for key in keys] for one in found], output)
-output.flush()
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -460,28 +432,7 @@ class CanPort:
 
 def list_can_ports(ports: Iterable[PortInfo]) -> list[CanPort]:
     """Return the adapters known to the system; `ports` are its serial ports."""
-    return [*_of_kernel(), *_on_serial(ports), *_without_driver()]
-
-
-def ask_drivers() -> list[CanPort]:
-    """Return the adapters that python-can's drivers find; raises `LinkError` if they fail."""
-    command = [sys.executable, "-c", _DETECT, *_NO_ADAPTERS]
-    try:
-        done = subprocess.run(  # noqa: S603 - our own program
-            command, capture_output=True, timeout=PATIENCE_S, check=True, stdin=subprocess.DEVNULL
-        )
-        found = json.loads(done.stdout)
-    except subprocess.TimeoutExpired:
-        raise LinkError(
-            f"a driver of python-can did not answer within {PATIENCE_S:g} s: unplug adapters whose "
-            "driver hangs, or name the adapter as can:INTERFACE:CHANNEL without this list"
-        ) from None
-    except (subprocess.CalledProcessError, OSError, ValueError) as error:
-        raise LinkError(
-            f"the drivers of python-can cannot be queried ({reason_of(error)}): name the adapter "
-            "as can:INTERFACE:CHANNEL without this list"
-        ) from None
-    return [CanPort(f"can:{name}:{channel}", f"python-can's {name}") for name, channel in found]
+    return [*_of_kernel(), *_on_serial(ports)]
 
 
 def _of_kernel() -> list[CanPort]:
@@ -501,29 +452,6 @@ def _on_serial(ports: Iterable[PortInfo]) -> list[CanPort]:
         for info in ports
         if info.vid is not None and info.pid is not None and (info.vid, info.pid) in SLCAN
     ]
-
-
-def _without_driver() -> list[CanPort]:
-    """Return the candleLight adapters without a kernel interface."""
-    owned = [str((NET / name / "device").resolve()) for name in can_interfaces()]
-    found: list[CanPort] = []
-    for folder in sorted(USB.glob("*")):
-        what = CANDLELIGHT.get(_usb_numbers(folder))
-        place = str(folder.resolve())
-        if what and not any(each.startswith(place) for each in owned):
-            todo = "load its driver with `sudo modprobe gs_usb`; it is can:socketcan:can0 then"
-            found.append(CanPort(f"can:gs_usb:{len(found)}?bitrate={BITRATE}", what, todo))
-    return found
-
-
-def _usb_numbers(folder: Path) -> tuple[int, int]:
-    try:
-        vendor, product = (
-            int((folder / name).read_text(), 16) for name in ("idVendor", "idProduct")
-        )
-    except (OSError, ValueError):
-        return 0, 0
-    return vendor, product
 
 
 # --- Why a CAN adapter cannot be opened ----------------------------------------------------------

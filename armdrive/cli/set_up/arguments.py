@@ -320,9 +320,6 @@ def _ports(parser: argparse.ArgumentParser) -> None:
     No port is opened: `armdrive doctor PORT` does that, and asks first.
     """
     add_json_option(parser)
-    parser.add_argument(
-        "--can", action="store_true", help="ask every CAN driver of python-can too (takes seconds)"
-    )
 
 
 # --- sim

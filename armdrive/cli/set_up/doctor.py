@@ -22,8 +22,6 @@ from armdrive.setup.survey import (
     Agree,
     Diagnosis,
     Report,
-    measured_jitter,
-    of_jitter,
     survey_port,
 )
 from armdrive.tasks import DeviceSettings
@@ -53,7 +51,6 @@ def doctor(options: argparse.Namespace) -> Result:
     report.add(closed.findings)
     if not closed.openable:
         return _result(report, Diagnosis.CLOSED)
-    report.add([of_jitter(measured_jitter())])
     _require_consent(closed.port, options)
     found = survey_port(report, closed, config, options.baud, _fixing(options))
     return _result(report, found)

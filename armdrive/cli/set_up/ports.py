@@ -14,18 +14,17 @@ from armdrive.setup.ports import (
     arm_files,
     look_at,
 )
-from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
+from armdrive.transports.ports import PortInfo, list_can_ports, list_ports
 
 
-def ports(options: argparse.Namespace) -> Result:
+def ports(options: argparse.Namespace) -> Result:  # noqa: ARG001
     """List the ports."""
     files = arm_files()
     found = list_ports()
     closed = tuple(look_at(info.device, files, found) for info in found)
-    adapters = [*list_can_ports(found), *(ask_drivers() if options.can else ())]
     view = {
         "ports": [_view(each) for each in closed],
-        "can": [asdict(each) for each in {each.port: each for each in reversed(adapters)}.values()],
+        "can": [asdict(each) for each in list_can_ports(found)],
         "absent": _absent(found, files),
         "unusable_arm_files": [
             {"arm": each.arm, "error": each.error} for each in files if each.error

@@ -17,7 +17,7 @@ from armdrive.programs.acts import Remember
 from armdrive.programs.journal import interrupted, journal_file
 from armdrive.programs.running import Performer
 from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
-from armdrive.setup.filing import checked, new_text, typed_text
+from armdrive.setup.filing import checked, new_text
 from armdrive.setup.interview import Describing
 from armdrive.setup.templates import available
 from armdrive.storage import files as places
@@ -209,13 +209,12 @@ def test_a_new_arm_file_and_its_link_table_state_their_format_first(call, templa
     assert first_key(shown) == "format"
 
 
-def test_a_typed_link_table_and_the_files_of_the_desk_state_their_format():
+def test_the_files_of_the_desk_state_their_format():
     asked = Describing({"template": "printed-six", "name": "bench"})
     while asked.question is not None:
         asked.enter()
     files = asked.files()
     assert [first_key(files.arm), first_key(files.model)] == ["format", "format"]
-    assert first_key(typed_text({"base": (0.0, 1.0, 2.0, 3.0)}, "bench", "typed")) == "format"
     assert checked(files, "bench").model.key == "bench"
 
 

@@ -22,12 +22,10 @@ from armdrive.arm.connected import Handle
 from armdrive.connect.parts import assemble, connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import ScriptRunner
-from armdrive.dialog import Grade
 from armdrive.errors import ArmError, BadRequest, DeviceFault, Stopped
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import clock as pace
 from armdrive.runtime.clock import SUSPENDED_S, RealPace, SimulatedClock, SimulatedPace
-from armdrive.setup.survey import measured_jitter, of_jitter
 from armdrive.status import LATE_S, Lateness, SchedulingJitter, State, Trust, status_view
 from armdrive.tasks import ReadPosition, Registers, Timeout
 from kinematics import Motors
@@ -320,14 +318,6 @@ def test_a_thread_that_drives_an_arm_counts_its_deadlines():
     assert status.scheduling_jitter.count > 0
     assert "scheduling: " in str(status)
     assert status_view(status)["scheduling_jitter"]["deadlines"] == status.scheduling_jitter.count
-
-
-def test_the_doctor_measures_this_computer_and_judges_it():
-    assert measured_jitter(deadlines=5, period_s=1e-3).count == 5
-    assert of_jitter(SchedulingJitter(100, 1, 3e-2)).grade is Grade.OK
-    late = of_jitter(SchedulingJitter(100, 2, 5e-2))
-    assert late.grade is Grade.NOTE
-    assert "50 ms late" in late.what
 
 
 def test_a_motion_is_counted_and_the_rate_is_the_wires_own():

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from amounts import every_row
+from chain_files import shown_files
 from pages import blocks, page
 
 from armdrive import Arm
@@ -21,22 +22,20 @@ from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset
 
 FIVE = ["base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"]
-TYPED = {
-    "links.how": "type",
-    "links.base": "0 193.7 0 90",
-    "links.shoulder": "0 0 177.8 0",
-    "links.elbow": "0 0 177.8 0",
-    "links.wrist_pitch": "90 0 0 90",
-    "links.wrist_roll": "0 96.5 0 0",
-    "limits.base": "-90 90",
-    "limits.shoulder": "-35 144",
-    "limits.elbow": "-149 0",
-    "limits.wrist_pitch": "-90 90",
-    "limits.wrist_roll": "-360 360",
-    **{f"gear.{joint}": "5:1" for joint in FIVE},
-    "fingers.mm_per_turn": "12",
+OWN = {
+    "own": {
+        "links.file": "links.toml",
+        **{f"gear.{joint}": "5:1" for joint in FIVE},
+        "fingers.mm_per_turn": "12",
+    }
 }
-OWN = {"own": TYPED}
+
+
+@pytest.fixture(autouse=True)
+def _links(tmp_path, monkeypatch):
+    """Write the link table of a TeachMover into the current folder."""
+    (tmp_path / "links.toml").write_text(shown_files()[0], encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
 
 
 def interview_of(answers, **around):
@@ -112,7 +111,7 @@ def test_an_arm_that_was_measured_is_no_template(tmp_path):
     assert turn == pytest.approx(200 * 16 * 30)
 
 
-def test_a_typed_link_table_is_the_arm_that_was_typed(tmp_path):
+def test_a_link_table_is_the_arm_that_it_describes(tmp_path):
     config = loaded(tmp_path, "own", {"gripper.over": "elbow"})
     ours, known = config.model.arm, preset("teachmover").arm
     joints = Joints((0.1, 0.4, -0.9, -0.3, 0.2))

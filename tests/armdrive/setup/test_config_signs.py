@@ -413,8 +413,8 @@ def test_comments_blank_lines_and_the_order_of_a_file_survive_a_change(change, o
 
 def test_a_following_motor_keeps_the_direction_and_gear_of_its_leader():
     table = tomllib.loads(SIX)
-    signs = Signs(motors=("one",))
-    found = {each.name: each.value for each in changes(table, None, signs, {"one": 32000.0})}
+    signs = Signs(motors=("one",), farther={"one": 2.0})
+    found = {each.name: each.value for each in changes(table, None, signs)}
     assert found["motors.0.sees"] == {"one": -1}
     assert found["motors.0.steps_per_turn"] == 32000
     assert found["motors.1.follows"] == {"one": -2}

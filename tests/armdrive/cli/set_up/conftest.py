@@ -6,18 +6,9 @@ import pytest
 from doctor_bench import lead
 from serial.tools import list_ports as pyserial
 
-from armdrive.cli.set_up import doctor
-from armdrive.status import SchedulingJitter
-
 
 @pytest.fixture
-def _punctual(monkeypatch):
-    """Make the doctor find the computer punctual at once, however busy it is with tests."""
-    monkeypatch.setattr(doctor, "measured_jitter", lambda: SchedulingJitter(60, 0, 3e-4))
-
-
-@pytest.fixture
-def port(tmp_path, monkeypatch, _punctual):
+def port(tmp_path, monkeypatch):
     """Return an existing port that is no USB adapter; `lead_to` puts a device behind it."""
     device = tmp_path / "ttyUSB0"
     device.touch()

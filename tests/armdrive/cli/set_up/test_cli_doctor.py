@@ -352,7 +352,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 
 
 @pytest.fixture
-def served(tmp_path, monkeypatch, _punctual):
+def served(tmp_path, monkeypatch):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
     monkeypatch.setattr(mks, "LINGER_S", 0.002)  # no drive here has another one's id
     bus = ServedBus(tmp_path)

@@ -35,8 +35,8 @@ def written():
     return [path for path in folder.rglob("*") if path.is_file()] if folder.exists() else []
 
 
-# title, dialect, port, baud, lengths, motors, limits, speeds, park, guards, two of directions
-DEFAULTS = [""] * 12
+# title, dialect, port, baud, lengths, motors, limits, speeds, park, two of directions
+DEFAULTS = [""] * 11
 
 
 def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, typing, monkeypatch):
