@@ -7,7 +7,7 @@ happens if a program dies while it sends one order to each drive, and on a line 
 
 from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.mks.drive import REJECTION_LIMIT, START_WINDOW_S
+from armdrive.dialects.mks.drive import START_WINDOW_S
 from armdrive.dialects.mks.settings import MksSettings
 
 from .excuses import MissedOrders, one_motor_rates_rad_s, shared_joints
@@ -76,6 +76,6 @@ def _noticed_s(stage: Stage) -> float:
     if isinstance(settings, Cia402Settings):  # each drive reports its mode with every SYNC
         return SHOWN_PERIODS * settings.period_ms / 1000.0 + settings.quick_stop_s + QUERY_S
     assert isinstance(settings, MksSettings)
-    notice_s = ORDER_PERIODS * settings.segment_s + REJECTION_LIMIT * START_WINDOW_S + QUERY_S
+    notice_s = ORDER_PERIODS * settings.segment_s + START_WINDOW_S + QUERY_S
     brakes_s = 0.0 if stage.arm is None else getattr(stage.arm.parts.core.controller, "ramp_s", 0.0)
     return notice_s + brakes_s

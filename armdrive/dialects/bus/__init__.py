@@ -22,8 +22,8 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               least half as far as ordered
   blocked     like behind, but does neither; or stands off its orders for    intervals
               0.15 s, although it confirmed one meanwhile
-              MKS: stands short of its last target at nine looks; or is      mks.motion
-              off the path and all its targets after an outage
+              MKS: stands short of its last target at nine looks, or has     mks.motion
+              left it in a pause after an outage
               CiA 402: has stood short of its target for 0.6 s               cia402.motion
               CiA 402: is read off its last target for 0.6 s                 cia402.leading
   restarted   out of reach twice, and its count can have run up from zero    observer
@@ -34,15 +34,13 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               at rest: is read off its place                                 mks, cia402.contact
   off path    no single time offset explains all positions, at two looks     mks.contour
               MKS: came to rest beyond where its stop can have led it        mks.stops
-  weak        turned less than three quarters of what another drive          mks.contour
-              turned, at five looks, and is half a corridor off its path
   mute        MKS: missed four polls while another drive replied             mks.observer
               MKS, braking: missed eight                                     mks.stops
               CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
               CiA 402, at rest: missed 3.5 heartbeats and four questions,    cia402.exchange
               or did not answer a request
   silent      MKS: all drives missed ten polls                               mks.observer
-  late        MKS: five outages, and no reading in time since the first      mks.observer
+  late        MKS: all drives sent 15 late readings in a row                 mks.observer
               CiA 402: five, and no SYNC was answered in time                cia402.leading
   unfit       MKS: rejects two orders, and has stalled, has no current or    mks.drive
               is in another mode; or a limit switch has stopped it

@@ -53,7 +53,6 @@ class DriveFinding(Enum):
     RESTARTED = "restarted"
     ELSEWHERE = "elsewhere"
     OFF_PATH = "off path"
-    WEAK = "weak"
     MUTE = "mute"
     SILENT = "silent"
     LATE = "late"

@@ -86,7 +86,6 @@ class ObservedDrive:
         """Record that the drive stands at a count."""
         self._courses.rest_at(count, now_s)
         self.moving = self.fresh = False
-        self.questions.forget()
         self._restart_comparison(now_s)
 
     def watch(self) -> None:

@@ -329,12 +329,6 @@ class Courses:
         for course in self._both:
             course.rest_at(place, now_s)
 
-    def put(self, place: float, speed: float, at_s: float, now_s: float) -> None:
-        """Let both continue from a place, where the drive was at a time; the orders stay."""
-        for course in self._both:
-            course.put(place, speed, at_s)
-            course.advance(now_s)
-
     def advance(self, now_s: float) -> None:
         """Advance both to the present."""
         for course in self._both:

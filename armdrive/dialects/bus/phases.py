@@ -31,8 +31,8 @@ class Phase(Enum):
     """The drives receive one target after the other."""
     OUTAGE = "bus outage"
     """No drive replies, or drives may have missed this program's heartbeat and stopped: none gets a
-    further target, and each ends at its last one. Late replies are read first, then the position or
-    state of every drive. If the arm is paused meanwhile, this lasts until it resumes (MKS)."""
+    further target, and each ends at its last one. Then the position or state of every drive is
+    read. If the arm is paused meanwhile, this lasts until it resumes (MKS)."""
     ARRIVING = "arriving"
     """The drives have their final targets and complete the rest."""
     STOPPING = "stopping"
@@ -50,7 +50,7 @@ class Signal(Enum):
     TROUBLE = "a drive does not follow its orders, or does not reply"
     REJECTED = "a drive reports that it rejects an order"
     ALL_SENT = "the final targets have been sent"
-    LOCATED = "every drive's position and speed are known, or its state can be read"
+    LOCATED = "every drive stands at its last target, or its state can be read"
     SHORT = "a drive stands short of its target: its order may have been lost"
     OUT_OF_RANGE = "a target cannot be expressed"
     ARRIVED = "all drives stand at their targets"
@@ -80,6 +80,8 @@ TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
         (Phase.OUTAGE, Signal.STOP): (Phase.STOPPING, Act.STOP),
         (Phase.OUTAGE, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),
         (Phase.OUTAGE, Signal.LOCATED): (Phase.MOVING, Act.RESUME),
+        (Phase.OUTAGE, Signal.REJECTED): (Phase.OUTAGE, Act.REPEAT),
+        (Phase.OUTAGE, Signal.SHORT): (Phase.OUTAGE, Act.REPEAT),
         (Phase.OUTAGE, Signal.ALL_SENT): (Phase.ARRIVING, Act.NOTHING),
         (Phase.ARRIVING, Signal.STOP): (Phase.STOPPING, Act.STOP),
         (Phase.ARRIVING, Signal.TROUBLE): (Phase.STOPPING, Act.EXPLAIN),

@@ -184,12 +184,16 @@ def stall_words(drive: MksDrive) -> str:
 
 
 def _departed_words(verdict: Verdict) -> str:
-    if verdict.finding in (DriveFinding.OFF_PATH, DriveFinding.WEAK):
+    drive = verdict.drive
+    turns = drive.still_s >= drive.read_s  # it had turned since the reading before
+    if verdict.finding is DriveFinding.OFF_PATH or (
+        verdict.finding is DriveFinding.BLOCKED and turns
+    ):
         error = abs(round(verdict.place) - verdict.count)
         return (
-            f"{verdict.drive} has {counted(error, 'count')} of following error; the other drives "
-            "are on the path. It is overloaded, its supply is too weak for its speed, or its "
-            "firmware slows down at new targets in motion (`segment_s = 0` under [mks] sends none)"
+            f"{drive} has {counted(error, 'count')} of following error: it is overloaded, its "
+            "supply is too weak for its speed, or its firmware slows down at new targets in motion "
+            "(`segment_s = 0` under [mks] sends none)"
         )
     return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
 

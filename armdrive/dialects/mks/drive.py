@@ -5,24 +5,18 @@ A drive tells its position when it is asked. In addition to what any reading sho
     absence whether it had no power for a moment, by the replies that it owes (`ledger`)
     rest    where it can come to rest after a stop: between where its orders had it, its target and,
             if it was silent, where it was read last, plus a corridor
-    speed   what two prompt readings show. After an outage the orders that it has received, and
-            when, are not known. So its course begins again at its reading, at that speed, and it is
-            judged from there on
-    shares  how far it turns in comparison with its orders, which shows a weak drive (`contour`)
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import TypeAlias
 
-from armdrive.dialects.bus.intervals import Bounds, DriveFinding, covered
-from armdrive.dialects.bus.intervals import Reading as CountReading
+from armdrive.dialects.bus.intervals import Bounds, DriveFinding, Reading, covered
 from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.paths import Interval
 from armdrive.dialects.bus.questions import EPSILON_S
-from armdrive.dialects.mks.ledger import Ledger
+from armdrive.dialects.mks.ledger import POLL_SPACING_S, Ledger
 from armdrive.dialects.mks.settings import MksSettings
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
@@ -42,7 +36,6 @@ from firmware_protocol.mks import (
     MotorState,
     MoveAbsoluteAxis,
     Outcome,
-    Reading,
     SetMode,
     Setting,
     SettingRead,
@@ -55,8 +48,9 @@ from firmware_protocol.mks import (
     as_setting,
     slope_of,
 )
+from firmware_protocol.mks import Reading as ReadingMessage
 
-Answer: TypeAlias = Reading | SettingRead
+Answer: TypeAlias = ReadingMessage | SettingRead
 """A drive's answer to a question."""
 
 GIVE = COUNTS_PER_TURN // 32
@@ -73,101 +67,11 @@ RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
 """A drive that reports one of these after a stop has not received it."""
 TURNING = (*RUNNING, MotorState.DECELERATING)
 
-SPEED_SPAN_S = 0.03
-"""Two readings no farther apart than this tell a drive's speed. It changes little in that time;
-and if one reply was so late that its moment is uncertain, they seem farther apart."""
 APART_S = 0.01
 """Two readings at least this far apart show that a drive stands, if it has not turned."""
-READINGS = 16
-"""Readings kept to find one that is surely older than the last, however late replies come."""
-WEAK_LOOKS = 5
-"""A drive is weak only if it is too slow at this many looks in a row."""
-WEAK_MIN_CORRIDOR = 0.1
-"""It must have been ordered to turn this share of the corridor from look to look, ..."""
-WEAK_SPACING_S = 0.08
-"""... and looks closer together than this count as one: orders and replies that are late by some
-hundredths of a second affect all drives, and pass."""
-
 START_WINDOW_S = 0.01
 """A drive that accepts an order says "started" within this time of the "failed" it sends for the
 order that was replaced, before or after it."""
-REJECTION_LIMIT = 2
-"""A drive is examined after this many rejections in a row. After a single one, its "started" may
-have been lost."""
-
-
-class TurnedShares:
-    """How far one drive turned from look to look, as a share of what it was ordered to turn.
-
-    It tells nothing while a drive was ordered to turn less than `least` from look to look.
-    """
-
-    def __init__(self, least: float) -> None:
-        self._least = least
-        self._looks: deque[tuple[float, float]] = deque(maxlen=WEAK_LOOKS)
-        """How far it turned, and how far it was ordered to."""
-        self._began_s = -math.inf
-        """When the last of these looks began."""
-
-    def clear(self) -> None:
-        """Forget all looks."""
-        self._looks.clear()
-
-    def add(self, turned: float, ran: float, now_s: float) -> None:
-        """Add how far the drive turned since the last look, and how far it was ordered to."""
-        turned, ran = turned if ran > 0.0 else -turned, abs(ran)
-        if self._looks and now_s < self._began_s + WEAK_SPACING_S:
-            before = self._looks.pop()
-            turned, ran = turned + before[0], ran + before[1]
-        else:
-            self._began_s = now_s
-        self._looks.append((turned, ran))
-
-    @property
-    def each(self) -> list[float]:
-        """The share at each look; empty if they tell nothing."""
-        if len(self._looks) < WEAK_LOOKS or any(ran < self._least for _, ran in self._looks):
-            return []
-        return [turned / ran for turned, ran in self._looks]
-
-
-class Rejections:
-    """The orders that one drive has rejected since it accepted one. Seconds.
-
-    A moving drive reports "failed" for an order that a newer one replaces, and also for an order
-    that it rejects; no bit tells the two apart. But next to the first it reports that the newer
-    order has started.
-    """
-
-    def __init__(self) -> None:
-        self.due_s = math.inf
-        """When the last "failed" counts as a rejection; infinity if the drive accepts orders."""
-        self._count = 0
-
-    def clear(self) -> None:
-        """Forget all: an order has started, or earlier orders do not matter any more."""
-        self.due_s, self._count = math.inf, 0
-
-    def refused(self, now_s: float, started_s: float) -> None:
-        """Record a "failed", for this order or the one that it replaced.
-
-        The drive reported last at `started_s` that an order has started.
-        """
-        if now_s > started_s + START_WINDOW_S:
-            self.due_s = min(self.due_s, now_s + START_WINDOW_S)
-
-    @property
-    def pending(self) -> bool:
-        """Whether it has reported a "failed" for which no "started" came."""
-        return math.isfinite(self.due_s)
-
-    def confirm(self) -> bool:
-        """Count the due "failed" as a rejection; return whether the drive is to be examined."""
-        self.due_s, self._count = math.inf, self._count + 1
-        if self._count < REJECTION_LIMIT:
-            return False
-        self._count = 0
-        return True
 
 
 class MksDrive(ObservedDrive):
@@ -179,16 +83,16 @@ class MksDrive(ObservedDrive):
         super().__init__(node, name, bounds)
         self.questions = self.ledger = Ledger()
         self.absence = self.ledger.absence
-        self.prompt_s = -math.inf
-        """When the last reading came that was surely sampled within the allowed delay."""
+        self.late_readings = 0
+        """How many readings came since the last one that was surely sampled within the allowed
+        delay. Those that were asked for closer together than `POLL_SPACING_S` count as one."""
+        self._late_s = -math.inf
         self.frame_s = -math.inf
         """When the last frame from it arrived, requested or not."""
         self.lag = 0.0
         """How far its orders were ahead of it at the last reading."""
         self.sent = Interval(0.0, 0.0)
         """The range of its targets since it stood last."""
-        self.shares = TurnedShares(WEAK_MIN_CORRIDOR * bounds.corridor)
-        self._readings: deque[CountReading] = deque(maxlen=READINGS)
         self._rest = Interval(-math.inf, math.inf)
         """Where it may come to rest after a stop."""
         self.state: MotorState | None = None
@@ -202,7 +106,13 @@ class MksDrive(ObservedDrive):
         self.unfit = False
         """Whether it has reported a stall, no current, or a mode in which the bus moves nothing,
         since the motion began."""
-        self.rejections = Rejections()
+        self.rejected_s = math.inf
+        """When its last "failed" counts as a rejection; infinity if it accepts its orders.
+
+        A moving drive reports "failed" for an order that a newer one replaces, and also for an
+        order that it rejects; no bit tells the two apart. But next to the first it reports that the
+        newer order has started.
+        """
         self.two_zeros = ""
         """That its targets count from another place than its readings, in words."""
 
@@ -211,7 +121,8 @@ class MksDrive(ObservedDrive):
     def watch(self) -> None:
         """Begin a motion: judge the drive from its last reading on."""
         super().watch()
-        self.rejections.clear()
+        self.late_readings = 0
+        self.rejected_s = math.inf
         self.at_limit = self.unfit = False
 
     def follow(self, order: MoveAbsoluteAxis, now_s: float) -> None:
@@ -243,6 +154,7 @@ class MksDrive(ObservedDrive):
     def rest_at(self, count: int, now_s: float) -> None:
         """Record that the drive stands at a count."""
         super().rest_at(count, now_s)
+        self.absence.forget()
         self.sent, self._rest = Interval(count, count), Interval(-math.inf, math.inf)
 
     def stand(self, now_s: float) -> None:
@@ -256,20 +168,9 @@ class MksDrive(ObservedDrive):
         self._courses.rest_at(self.goal, now_s)
         self._restart_comparison(now_s)
 
-    def resume_from_reading(self, now_s: float) -> None:
-        """Let its course continue from the last reading, at its time; the target stays.
-
-        The drive is judged from there on: its orders during the outage may have come late.
-        """
-        self.finding = DriveFinding.FITS
-        at, speed = float(self.count), self.measured_speed or 0.0
-        self._courses.put(at, speed, self.asked_s, now_s)
-        self._restart_comparison(now_s)
-
     def _restart_comparison(self, now_s: float) -> None:
         super()._restart_comparison(now_s)
         self.lag = 0.0
-        self.shares.clear()
 
     # -- readings -----------------------------------------------------------------------------
 
@@ -277,24 +178,20 @@ class MksDrive(ObservedDrive):
         """Record its count and conclude what that means."""
         self.absence.conclude(now_s)
         super().read(count, now_s)
-        self._readings.append(CountReading(count, self.asked_s, now_s))
         if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
-            self.prompt_s = now_s
+            self.late_readings = 0
+        elif self.asked_s >= self._late_s + POLL_SPACING_S - EPSILON_S:
+            self.late_readings, self._late_s = self.late_readings + 1, self.asked_s
         if self.is_within_reach:
             self.lag = self.place - count
 
-    def _judge(self, reading: CountReading, off: float) -> DriveFinding:
+    def _judge(self, reading: Reading, off: float) -> DriveFinding:
         away_s = self.absence.since_s
         if math.isfinite(away_s) and not self._reach.is_left:
             if self.counts_from_zero(away_s, reading.read_s):
                 return DriveFinding.RESTARTED
             self.absence.acquit()  # its count proves that it kept its power
         return super()._judge(reading, off)
-
-    def _correct_courses(self, reading: CountReading) -> None:
-        turned, ran = self._progress(reading)
-        self.shares.add(turned, ran, reading.read_s)
-        super()._correct_courses(reading)
 
     # -- conclusions --------------------------------------------------------------------------
 
@@ -335,42 +232,6 @@ class MksDrive(ObservedDrive):
         return bool(self.course.max_speed) and self.count not in self._rest
 
     @property
-    def _two_apart(self) -> tuple[CountReading, CountReading] | None:
-        """The last reading, after the latest that is surely older: that one had arrived before."""
-        if not self._readings:
-            return None
-        last = self._readings[-1]
-        older = (each for each in reversed(self._readings) if each.read_s + APART_S <= last.asked_s)
-        before = next(older, None)
-        return None if before is None else (before, last)
-
-    @property
-    def measured_speed(self) -> float | None:
-        """Its speed at the last reading, measured from an earlier one; None if they do not tell.
-
-        After an outage nothing else tells it: which orders the drive has received, and when, is not
-        known, so it may stand, brake or have turned back. It still gains speed towards its target,
-        but no more than lets it brake there. Where replies are so late that they do not tell the
-        speed of a drive that turns, they tell that it stands once it has come to its target.
-        """
-        found, course = self._two_apart, self.course
-        if found is None:
-            return None
-        before, last = found
-        turned = last.count - before.count
-        shortest_s, longest_s = last.asked_s - before.read_s, last.read_s - before.asked_s
-        if abs(turned) <= self.bounds.tremble or not self.moving:
-            return 0.0
-        if longest_s > SPEED_SPAN_S:
-            return None  # its speed may have changed since
-        mean = 2.0 * turned / (shortest_s + longest_s)
-        left = course.goal - last.count
-        brakable = math.sqrt(2.0 * course.slope * abs(left)) if left else 0.0
-        most = min(max(course.max_speed, abs(mean)), brakable)
-        sign = math.copysign(1.0, left)
-        return sign * min(sign * mean + course.slope * longest_s / 2.0, most)
-
-    @property
     def is_on_path(self) -> bool:
         """Whether its last count is between targets that it received."""
         return self.count in self.sent.widened(self.bounds.corridor)
@@ -382,9 +243,10 @@ class MksDrive(ObservedDrive):
         match event:
             case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
                 self.confirmed_s = now_s
-                self.rejections.clear()
+                self.rejected_s = math.inf
             case Failed(_, MoveAbsoluteAxis()) | Superseded():
-                self.rejections.refused(now_s, self.confirmed_s)
+                if now_s > self.confirmed_s + START_WINDOW_S:
+                    self.rejected_s = min(self.rejected_s, now_s + START_WINDOW_S)
             case LimitStop():
                 self.at_limit = True
             case Answered(_, _, EncoderRead(counts)):

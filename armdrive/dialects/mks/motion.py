@@ -3,14 +3,18 @@
     MksMotion   begins a motion: along segments (steered), or to targets already sent (a burst)
     MotionRun   one motion: what its stages share, and the actions between them
     Moving      sends targets (`steering`) and polls; judges what the observer and the path say
-    Outage      no drive replies: waits, then reads where all are
-    Arriving    repeats questions until every drive stands at its target
+    Arriving    asks until every drive stands at its last target: at the end, and after an outage
     MksBraking  the stage of stopping (`stops`)
 
 `bus.phases` has the table that leads from one stage to the next by the signals that they return.
 
 The "done" of a drive may never come. So a drive has arrived when it stands and its encoder is at
 its target. A drive that stands elsewhere has lost its last order, which is repeated, or is blocked.
+
+If no drive replies for a moment (another program blocks the adapter or the processor, or this one
+was suspended), no target is sent: each drive ends at its last one, which was announced. Only when
+all are seen to stand there does the motion continue. Until then nothing tells which orders a drive
+has received, and when; but a drive that stands at its last target is where it should be.
 """
 
 from __future__ import annotations
@@ -51,8 +55,6 @@ from armdrive.tasks import (
 )
 from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
 
-DRAIN_S = 0.03
-"""After an outage, frames that the adapter held back arrive within this time of the first one."""
 SHORT_LOOKS = 3
 """A drive that stands short of its target at this many looks needs its order again."""
 PATIENCE_S = 1.0
@@ -134,7 +136,7 @@ class MotionRun:
     def carry_out(self, phase: Phase) -> Script:
         """Run the motion to its end."""
         stages: dict[Phase, Callable[[], Stage]] = {
-            Phase.OUTAGE: lambda: Outage(self),
+            Phase.OUTAGE: lambda: Arriving(self),
             Phase.ARRIVING: lambda: Arriving(self),
             Phase.STOPPING: lambda: self.braking,
         }
@@ -219,16 +221,13 @@ class MotionRun:
         The others are stopped, and the reply names the missing drives.
         """
         io = self.io
-        # Some replies may only be late. So they are waited for before the second look.
         since_s = min(each.ledger.sent_s for each in io.drives)
         missing = yield from io.look()
-        if missing and len(missing) < len(io.drives):
-            missing = yield from io.look(missing, tries=2)  # the bus may just have come back
-        until_s = io.now_s + REPLY_TIMEOUT_S
-        while not missing and io.observer.suspects and io.now_s < until_s:
-            yield from io.pause(io.now_s + DRAIN_S)
-        if not missing:
-            missing = yield from io.look()  # a second reading of drives that are out of reach
+        if len(missing) < len(io.drives):
+            # By then the replies that are only late have come, and the bus is back for all. And
+            # only a second reading proves that a drive is out of reach.
+            yield from io.pause(io.now_s + REPLY_TIMEOUT_S)
+            missing = yield from io.look(missing or io.drives, tries=2)
         elsewhere = [each for each in self._silent if each.is_elsewhere]
         if elsewhere and not missing:
             return Verdict.on_reading(elsewhere[0])
@@ -248,49 +247,24 @@ class MotionRun:
     def _repeat(self) -> None:
         """Repeat the order of drives that rejected it or stand short of it.
 
-        A drive that rejects it again is asked why at once. Motors can be coupled: if one of a
-        wrist's two motors stands, the other turns a joint that should not move.
+        A drive that rejects it is asked why at once. Motors can be coupled: if one of a wrist's two
+        motors stands, the other turns a joint that should not move.
         """
         for drive in self.io.drives:
-            if self.io.now_s >= drive.rejections.due_s:
-                if drive.rejections.confirm():
-                    self.inquiry.ask_fitness(drive)
-                else:
-                    self.io.repeat(drive)
+            if self.io.now_s >= drive.rejected_s:
+                drive.rejected_s = math.inf
+                self.inquiry.ask_fitness(drive)
+                self.io.repeat(drive)
             elif drive in self.short:
                 self.io.repeat(drive)
         self.short.clear()
 
     def _resume(self, trip: Trip) -> None:
-        """Continue from where the drives are; a part driven twice is better than one left out."""
+        """Continue from where the drives stand; a part driven twice is better than one left out."""
         io = self.io
         early_s = max(trip.time_s - KEPT_S, 0.0)
         counts = [drive.count for drive in io.drives]
         trip.resume(trip.path.nearest_s(counts, early_s, trip.sent_s), io.now_s)
-        for drive in io.drives:
-            drive.resume_from_reading(io.now_s)
-
-
-class Polling:
-    """Asks every drive for its position at intervals, which also feeds its watchdog."""
-
-    def __init__(self, io: MksExchange, at_s: float = -math.inf) -> None:
-        self._io = io
-        self.at_s = at_s
-        """When all were asked last."""
-
-    @property
-    def due_s(self) -> float:
-        """When they are asked next."""
-        return self.at_s + self._io.settings.poll_s
-
-    def poll(self, now_s: float) -> bool:
-        """Ask them if it is time to; return whether they were asked."""
-        if now_s < self.due_s:
-            return False
-        self.at_s = now_s
-        ask_all(self._io)
-        return True
 
 
 class Moving:
@@ -299,8 +273,10 @@ class Moving:
     def __init__(self, run: MotionRun, steering: Steering) -> None:
         self._run, self._io = run, run.io
         self._steering, self._trip = steering, steering.trip
-        self._polling = Polling(run.io)
-        self._asked_at_s = 0.0
+        self._polled_s = -math.inf
+        """When every drive was asked for its position last, which also feeds its watchdog."""
+        self._polled_at_s = 0.0
+        """The path time of that moment."""
         self._compared = True
 
     def signal(self, now_s: float) -> Signal | None:
@@ -309,6 +285,8 @@ class Moving:
         if self._steering.refused is not None:
             run.refused = self._steering.refused
             return Signal.OUT_OF_RANGE
+        if self._trip.sent_all:
+            return Signal.ALL_SENT
         if run.blame(run.reported()):
             return Signal.TROUBLE
         if observer.returned or observer.in_outage(now_s):
@@ -317,19 +295,24 @@ class Moving:
             return Signal.TROUBLE
         if now_s >= observer.rejected_s:
             return Signal.REJECTED
-        return Signal.ALL_SENT if self._trip.sent_all else None
+        return None
 
     def step(self, now_s: float) -> float:
         """Send the next orders and ask for positions."""
         io, trip = self._io, self._trip
         if now_s >= trip.due_s - 1e-9:
             self._steering.steer()
-        if self._polling.poll(now_s):
-            self._asked_at_s, self._compared = trip.at_s(now_s), False
+        if now_s >= self._polled_s + io.settings.poll_s:
+            self._polled_s, self._polled_at_s, self._compared = now_s, trip.at_s(now_s), False
+            for drive in io.drives:
+                io.put(drive, ReadEncoder())
+            if any(drive.is_located for drive in io.drives):
+                io.notify(Progress(io.registers()))
         for drive in io.observer.to_retry(now_s):
             self._retry(drive)
-        reread_doubtful(io)
-        return min(trip.due_s, self._polling.due_s, io.observer.due_s)
+        for drive in io.observer.to_reread:
+            io.put(drive, ReadEncoder())
+        return min(trip.due_s, self._polled_s + io.settings.poll_s, io.observer.due_s)
 
     def _retry(self, drive: MksDrive) -> None:
         """Repeat the order of a drive that is silent while others reply: it may have been lost.
@@ -346,131 +329,73 @@ class Moving:
     def _off_path(self, now_s: float) -> Verdict | None:
         """Compare all positions of the last look with the path, once every drive has answered."""
         drives = self._io.drives
-        if self._compared or any(drive.read_s < self._polling.at_s for drive in drives):
+        if self._compared or any(drive.read_s < self._polled_s for drive in drives):
             return None
         self._compared = True
         period_s = self._io.settings.segment_s
-        return self._trip.contour.compare(self._asked_at_s, period_s, now_s)
+        return self._trip.contour.compare(self._polled_at_s, period_s, now_s)
 
 
-class Outage:
-    """No drive replies: each ends at its last target, which was announced, and is still polled.
+class Arriving:
+    """The drives complete their orders: no more will follow, or not before all stand.
 
-    Another program blocks the adapter or the processor, or this one was suspended. When a drive
-    replies again, the replies that are owed come first: late ones would be taken for new ones, and
-    a drive that never sends them had no power. Then all positions are read twice, close together:
-    how fast a drive turns depends on which orders it has received, and when.
-
-    If the arm is paused by then, the drives stand at their last targets, and are polled until it
-    resumes: segments that are known but not sent wait as well.
+    After an outage the motion resumes once all stand. If the arm is paused by then, they are polled
+    until it resumes: segments that are known but not sent wait as well.
     """
 
     def __init__(self, run: MotionRun) -> None:
         self._run, self._io = run, run.io
-        self._polling = Polling(run.io, run.io.now_s)
-        self._arrived: set[MksDrive] = set()
-        self._back_s = math.inf
-        """When a drive replied again; infinity if none did."""
-        self._asked_s = self._polled_s = math.inf
-        """When all positions were asked for first after that, and when last."""
-
-    def signal(self, now_s: float) -> Signal | None:
-        """Return what has changed."""
-        run, observer = self._run, self._io.observer
-        if observer.returned:
-            self._back_s, self._asked_s, observer.returned = now_s, math.inf, False
-        if run.blame(observer.silence()):
-            return Signal.TROUBLE
-        if not self._all_read or observer.doubtful:
-            return None
-        if run.blame(found_off_path(run) or self._displaced()):
-            return Signal.TROUBLE
-        if run.trip is None or run.trip.sent_all:
-            return Signal.ALL_SENT
-        return Signal.LOCATED if self._all_measured and not run.trip.held_back() else None
-
-    def step(self, now_s: float) -> float:
-        """Poll until a drive replies, wait for owed replies, then ask until all have answered."""
-        io = self._io
-        if math.isinf(self._back_s):
-            self._polling.poll(now_s)
-            return self._polling.due_s
-        if math.isinf(self._asked_s):
-            timeout_s = max(drive.ledger.timeout_s for drive in io.drives)
-            drained_s, until_s = self._back_s + DRAIN_S, self._back_s + timeout_s
-            if now_s < drained_s or (io.observer.suspects and now_s < until_s):
-                return drained_s if now_s < drained_s else min(now_s + DRAIN_S, until_s)
-            self._asked_s, self._polled_s = now_s, -math.inf
-        if now_s >= self._due_s:
-            self._polled_s = now_s
-            ask_all(io)  # any reply shows that the outage is over
-        reread_doubtful(io)
-        return self._due_s
-
-    @property
-    def _due_s(self) -> float:
-        """When all positions are asked for next: soon after replies that tell no speed yet."""
-        settings, read_s = self._io.settings, [drive.read_s for drive in self._io.drives]
-        if min(read_s) < self._polled_s:
-            return self._polled_s + settings.answer_s
-        return self._polled_s + settings.poll_s if self._all_measured else max(read_s) + STOP_POLL_S
-
-    @property
-    def _all_read(self) -> bool:
-        return all(drive.read_s >= self._asked_s for drive in self._io.drives)
-
-    @property
-    def _all_measured(self) -> bool:
-        return all(drive.measured_speed is not None for drive in self._io.drives)
-
-    def _displaced(self) -> Verdict | None:
-        """Return what is wrong with a drive that had come to its target and has left it."""
-        for drive in self._io.drives:
-            if drive in self._arrived and not drive.is_near:
-                return _blocked(drive)
-            if drive.is_near:
-                self._arrived.add(drive)
-        return None
-
-
-class Arriving:
-    """All orders have been sent: the drives complete them."""
-
-    def __init__(self, run: MotionRun) -> None:
-        self._run, self._io = run, run.io
-        self._due_s = self._asked_s = run.io.now_s
-        patience_s = 2.0 * run.expected_s + run.stops.ramp_s + PATIENCE_S
-        self._given_up_s = run.io.listened.s + patience_s
+        self._due_s = run.io.now_s
+        self._given_up_s = 0.0
         self._short: dict[MksDrive, int] = {}
+        self._restart()
+
+    def _restart(self) -> None:
+        """Give the drives their time from now on; looks during an outage do not count."""
+        patience_s = 2.0 * self._run.expected_s + self._run.stops.ramp_s + PATIENCE_S
+        self._given_up_s = self._io.listened.s + patience_s
+        self._short.clear()
+        self._io.observer.returned = False
 
     def signal(self, now_s: float) -> Signal | None:
         """Return what has changed."""
-        run, observer = self._run, self._io.observer
+        run, io = self._run, self._io
         if run.blame(run.reported()):
             return Signal.TROUBLE
-        if observer.returned and observer.outage_s > MAX_DELAY_S:
-            return Signal.OUTAGE
-        if run.blame(self._stuck(now_s) or observer.silence()):
+        if io.observer.returned:
+            self._restart()
+        if run.blame(self._stuck(now_s) or io.observer.silence()):
             return Signal.TROUBLE
-        if now_s >= observer.rejected_s:
+        if now_s >= io.observer.rejected_s:
             return Signal.REJECTED
-        if not self._io.under_way:
+        if run.short:
+            return Signal.SHORT
+        if io.under_way:
+            return None
+        if run.trip is None or run.trip.sent_all:
             return Signal.ARRIVED
-        return Signal.SHORT if run.short else None
+        displaced = next((each for each in io.drives if not each.is_near), None)
+        if displaced is not None and run.blame(_blocked(displaced)):
+            return Signal.TROUBLE
+        return None if run.trip.held_back() else Signal.LOCATED
 
     def step(self, now_s: float) -> float:
-        """Ask the drives that are under way."""
+        """Ask the drives that are under way, and another one; in a pause all.
+
+        In a pause and during an outage they are asked less often: else the replies that an adapter
+        has held back would be too many for the codec when they come at once.
+        """
         io = self._io
-        if now_s < self._due_s:
-            return min(self._due_s, io.observer.rejected_s)
-        self._due_s, self._asked_s = now_s + STOP_POLL_S, now_s
-        left = io.under_way
-        for drive in (*left, *io.witness(left)):
-            io.put(drive, ReadEncoder())
-        for drive in left:
-            drive.state = None
-            io.put(drive, ReadState())
-        io.notify(Progress(io.registers()))
+        if now_s >= self._due_s:
+            left = io.under_way
+            often = left and not io.observer.in_outage(now_s)
+            self._due_s = now_s + (STOP_POLL_S if often else io.settings.poll_s)
+            for drive in (*left, *io.witness(left)) if left else io.drives:
+                io.put(drive, ReadEncoder())
+            for drive in left:
+                drive.state = None
+                io.put(drive, ReadState())
+            io.notify(Progress(io.registers()))
         return min(self._due_s, io.observer.rejected_s)
 
     def _stuck(self, now_s: float) -> Verdict | None:
@@ -481,11 +406,11 @@ class Arriving:
         for drive in self._io.under_way:
             if drive.is_elsewhere:
                 return Verdict.on_reading(drive)
-            if drive.read_s < self._asked_s or drive.absence.suspected:
-                continue
-            if drive.state is MotorState.STOPPED:
+            # only a look after its last order, and each once
+            counts = drive.asked_s >= drive.course.ordered_s and not drive.absence.suspected
+            if counts and drive.state is MotorState.STOPPED:
                 self._stands(drive, now_s)
-            drive.state = None  # each report counts once
+            drive.state = None
             if self._short.get(drive, 0) >= SHORT_LOOKS * TRIES:
                 return _blocked(drive)
         over = self._io.listened.s >= self._given_up_s
@@ -500,38 +425,6 @@ class Arriving:
         looks = self._short[drive] = self._short.get(drive, 0) + 1
         if looks % SHORT_LOOKS == 0 and drive.is_on_path:  # its order may have been lost
             self._run.short.add(drive)
-
-
-def ask_all(io: MksExchange) -> None:
-    """Ask every drive for its position, and report the last positions."""
-    for drive in io.drives:
-        io.put(drive, ReadEncoder())
-    if any(drive.is_located for drive in io.drives):
-        io.notify(Progress(io.registers()))
-
-
-def reread_doubtful(io: MksExchange) -> None:
-    """Ask the drives whose last reading is in doubt for another one."""
-    for drive in io.observer.to_reread:
-        io.put(drive, ReadEncoder())
-
-
-def found_off_path(run: MotionRun) -> Verdict | None:
-    """Return what is wrong with a drive that is off the path and all its targets, or None."""
-    trip = run.trip
-    for motor, drive in enumerate(run.io.drives):
-        if drive.is_elsewhere:
-            return Verdict.on_reading(drive)
-        if trip is None:
-            continue
-        early_s = max(trip.time_s - KEPT_S, 0.0)
-        spans = (
-            trip.path.span(motor, early_s, trip.sent_s),
-            drive.course.in_force(run.io.now_s).goals,
-        )
-        if min(span.beyond(drive.count) for span in spans) > drive.bounds.corridor:
-            return _blocked(drive)
-    return None
 
 
 def _blocked(drive: MksDrive) -> Verdict:

@@ -13,7 +13,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.drives import LATE_OUTAGES
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.questions import MUTE_POLLS
 from armdrive.dialects.mks.drive import MksDrive
@@ -24,6 +23,9 @@ than `answer_s` (0.05 by default), and the adapter adds little. On a slow link i
 `Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
 SILENT_POLLS = 10
 """If all drives are silent, they get this many polls: then the computer is usually late."""
+LATE_READINGS = 15
+"""If every drive has sent this many late readings in a row, all replies of this bus are late. An
+outage makes the replies of at most `SILENT_POLLS` polls late; those that follow are prompt."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,13 +50,9 @@ class Observer:
         self.drives = tuple(drives)
         self.returned = False
         """Whether a drive has replied again after an outage, until the motion takes that up."""
-        self.outage_s = 0.0
-        """How long that outage was."""
         self.replied_s = -math.inf
         """When any drive replied last."""
         self._by_node = {drive.node: drive for drive in self.drives}
-        self._outages = 0  # since the last prompt reading
-        self._last_outage_s = -math.inf
 
     def __getitem__(self, node: int) -> MksDrive:
         return self._by_node[node]
@@ -65,7 +63,7 @@ class Observer:
 
     def watch(self) -> None:
         """Begin a motion: judge all drives from now on."""
-        self._outages, self.returned = 0, False
+        self.returned = False
         for drive in self.drives:
             drive.watch()
 
@@ -81,12 +79,9 @@ class Observer:
         outage, but orders sent meanwhile are never answered.
         """
         if asked and self.in_outage(now_s):
-            prompt = any(each.prompt_s >= self._last_outage_s for each in self.drives)
-            self._outages = 1 if prompt else self._outages + 1
-            self.outage_s, self.returned = self.silent_s(now_s), True
-            self._last_outage_s = now_s
+            outage_s, self.returned = self.silent_s(now_s), True
             for ledger in (each.ledger for each in self.drives):
-                ledger.timeout_s = max(ledger.timeout_s, self.outage_s + OUTAGE_S)
+                ledger.timeout_s = max(ledger.timeout_s, outage_s + OUTAGE_S)
                 ledger.suspect(now_s + ledger.timeout_s)
                 ledger.unanswered_polls = 0  # no drive replied, so none is to blame
         if asked:
@@ -133,7 +128,7 @@ class Observer:
     @property
     def rejected_s(self) -> float:
         """When a rejection is due; infinity if there is none."""
-        return min(each.rejections.due_s for each in self.drives)
+        return min(each.rejected_s for each in self.drives)
 
     def to_retry(self, now_s: float) -> tuple[MksDrive, ...]:
         """Return the drives to ask again: they are silent while others reply."""
@@ -153,7 +148,7 @@ class Observer:
         """Return the verdict on drives that leave polls unanswered, or reply late; or None."""
         drive = max(self.drives, key=lambda each: each.ledger.unanswered_polls)
         others = self.replied_s > drive.ledger.open_s
-        if self._outages >= LATE_OUTAGES:
+        if min(each.late_readings for each in self.drives) >= LATE_READINGS:
             finding = DriveFinding.LATE
         elif drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
             return None

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from armdrive.dialects.bus.paths import Interval, PlannedPath
+from armdrive.dialects.bus.paths import PlannedPath
 
 KEPT_S = 1.0
 """How much of the past path is kept: drives that lag may still be found there."""
@@ -29,12 +29,6 @@ class Heading:
 
 class SteeredPath(PlannedPath):
     """A planned path that is searched for where the drives are."""
-
-    def span(self, motor: int, early_s: float, late_s: float) -> Interval:
-        """Return the range of a motor's places between two times."""
-        ends = [each.end[motor] for each in self._segments if early_s < each.end_s < late_s]
-        places = (self.at(motor, early_s), self.at(motor, late_s), *ends)
-        return Interval(min(places), max(places))
 
     def nearest_s(self, counts: Sequence[int], early_s: float, late_s: float) -> float:
         """Return the path time, between two times, that fits the motors' counts best.

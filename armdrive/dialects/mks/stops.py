@@ -220,7 +220,7 @@ class MksStops:
                 continue
             pushing[drive] = off
             rpm = min(rpm_within(abs(off), RELIEF_S), RELIEF_MAX_RPM)
-            drive.rejections.clear()
+            drive.rejected_s = math.inf
             io.send(drive, MoveAbsoluteAxis(here, rpm, io.settings.acceleration))
         return pushing
 
@@ -266,7 +266,7 @@ def ramp_to(course: Course, target: int, acc: int, share: float, kept: int = 0) 
 
 def pushing_words(drive: MksDrive, off: int) -> str:
     """Return that a drive pushed against something, or still does if it rejected its relief."""
-    if drive.rejections.pending:
+    if math.isfinite(drive.rejected_s):
         return (
             f"{drive} presses against something, {counted(abs(off), 'count')} from its "
             "target, and rejects "

@@ -22,7 +22,8 @@ from mks_bench import (
 from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.dialects.mks.controller import MksController
-from armdrive.dialects.mks.drive import START_WINDOW_S, Rejections
+from armdrive.dialects.mks.drive import START_WINDOW_S, MksDrive
+from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.stops import ramp_to
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -55,7 +56,9 @@ from firmware_protocol.mks import (
     RunAtSpeed,
     SetStallProtection,
     SilenceWatchdog,
+    Started,
     Stop,
+    Superseded,
     decode_request,
     encode,
     slope_of,
@@ -562,7 +565,7 @@ def test_a_wrist_motor_that_rejects_orders_stops_the_other_one_at_once(after_s):
     reply = bench.do(along(straight(10, way=TOGETHER)))
     assert isinstance(reply, RequestRejected)
     assert "drive 5 (left wrist) is in mode 2" in reply.reason
-    noticed_s = 2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01
+    noticed_s = PERIOD_S + START_WINDOW_S + 0.01
     assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
 
 
@@ -627,26 +630,21 @@ def test_a_started_report_may_be_lost(lost):
     assert not bench.alerts()
 
 
-def test_reports_that_come_together_are_of_one_order():
-    denials = Rejections()
-    denials.refused(1.0, -math.inf)
-    denials.clear()
-    assert denials.due_s > 1e9
-    denials.refused(1.0 + START_WINDOW_S, 1.0 + START_WINDOW_S / 2.0)
-    assert denials.due_s > 1e9
-
-
-def test_after_two_rejections_the_drive_is_examined():
-    denials = Rejections()
-    denials.refused(1.0, 0.5)
-    assert denials.due_s == pytest.approx(1.0 + START_WINDOW_S)
-    assert not denials.confirm()
-    denials.refused(1.02, 0.5)
-    assert denials.confirm()
+def test_a_failed_report_is_a_rejection_unless_an_order_starts_next_to_it():
+    drive, failed = MksDrive(1, "base", MksSettings()), Superseded(1, MoveAbsoluteAxis(1, 1, 1))
+    started = Started(1, MoveAbsoluteAxis(1, 1, 1))
+    for at_s in (1.0, 1.0 + START_WINDOW_S):
+        drive.note(failed, at_s)
+        drive.note(started, at_s)
+        drive.note(failed, at_s + START_WINDOW_S)
+        assert math.isinf(drive.rejected_s)
+    drive.note(failed, 2.0)
+    drive.note(failed, 2.001)
+    assert drive.rejected_s == pytest.approx(2.0 + START_WINDOW_S)
 
 
 @pytest.mark.parametrize("count", [0, 5, 6])
-def test_a_rejected_order_is_repeated_once_before_the_drive_is_asked_why(count):
+def test_a_drive_that_rejects_its_order_is_asked_why_and_gets_it_again(count):
     """Drive 5 stands during the first segments; some of its first orders come with a poll."""
     bench = MksBench().ready()
     first, then = Motors((2000, 0, 0, 2000, 0, 0)), Motors(TOGETHER)
@@ -657,4 +655,5 @@ def test_a_rejected_order_is_repeated_once_before_the_drive_is_asked_why(count):
     sent = [frame.data for at_s, frame in bench.sent if frame.can_id == 5 and at_s >= began_s]
     asked = next(index for index, data in enumerate(sent) if data[0] == Code.STALL)
     order = next(data for data in sent if data[0] == Code.ABSOLUTE_AXIS)
-    assert sent[:asked].count(order) == 2
+    assert sent[:asked].count(order) == 1
+    assert order in sent[asked:]

@@ -284,7 +284,7 @@ def test_a_restart_on_a_link_that_has_become_slow_is_found():
     bench.begin(along(segments(*(way for way in ways for _ in range(8)))))
     bench.run(0.3)
     bench.waits_s = lambda _frame, host: 0.0 if host else 0.07
-    begins_anew(bench, 6, 1.17, 0.25)
+    begins_anew(bench, 6, 1.055, 0.25)
     check_blamed(bench, "drive 6 (gripper)", AlertKind.RESTARTED)
 
 
