@@ -23,8 +23,6 @@ from .goals import (
     arm_of,
     beyond_a_limit,
     command_of,
-    expected_coordinates,
-    expected_motors,
     joint_goal,
     joints_aim,
     nearby_pose,
@@ -98,16 +96,16 @@ def move_path(stage: Stage) -> TypedError | None:
 def jog_increment(stage: Stage) -> TypedError | None:
     """Jog by an increment; it may be clipped if the result says so."""
     arm = arm_of(stage)
-    here = expected_coordinates(stage)
+    here, _ = stage.posture()
     name = stage.draw.choice(arm.model.arm.joint_names)
     by = {f"{name}_deg": stage.draw.uniform(-3.0, 3.0)}
     aim: Aim
     if stage.draw.random() < 0.3:
         by = {"z_mm": stage.draw.uniform(-8.0, 8.0)}
-        goal = shifted(arm.model.arm.fk(here.joints), z_mm=by["z_mm"])
+        goal = shifted(arm.model.arm.fk(here), z_mm=by["z_mm"])
         aim, jog = pose_aim(stage, goal, clipped=True), arm.jog_l
     else:
-        goal_deg = {word: here.joints.deg[name] + turn for word, turn in by.items()}
+        goal_deg = {word: here.deg[name] + turn for word, turn in by.items()}
         aim, jog = joints_aim(stage, goal_deg, clipped=True), arm.jog_j
     command = command_of(stage, f"jog({by})", aim)
     return call(stage, lambda: jog(**by), command, 10.0 + TIMEOUT_MARGIN_S)
@@ -317,7 +315,7 @@ def gripper(stage: Stage) -> TypedError | None:
     opening_mm = draw.choice((10.0, 18.0, 24.0, 90.0))
     if arm.abilities.grip_switch and draw.random() < 0.4:
         return grasp(stage)
-    aim = JointsAim(expected_motors(stage), {}, opening_mm, stage.near_steps)
+    aim = JointsAim(stage.look(), {}, opening_mm, stage.near_steps)
     command = command_of(stage, f"gripper {opening_mm}", aim)
     return call(stage, lambda: arm.gripper.open(opening_mm), command, 10.0 + TIMEOUT_MARGIN_S)
 
@@ -377,10 +375,10 @@ def home(stage: Stage) -> TypedError | None:
     assert reference is not None
     joints, near = arm.model.arm.ik(reference.pose), stage.watch.on_the_step
     command = Command("home", aim=PostureAim(joints, reference.opening_mm, near))
-    with stage.watch.reference_attempt() as ended_well:
+    with stage.watch.reference_attempt() as succeeded:
         error = call(stage, arm.home, command, 120.0)
         if error is None:
-            ended_well()
+            succeeded.append(True)
     return error
 
 
@@ -428,28 +426,24 @@ def _home_by_switches(stage: Stage, begin: Callable[[], None]) -> TypedError | N
             raise
         _excuse_homed(stage, began_s)
 
-    with watch.reference_attempt() as ended_well:
+    with watch.reference_attempt() as succeeded:
         watch.begin_reference(no_faults=stage.no_faults)
         error = call(stage, act, command, longest_s)
         if error is None:
-            ended_well()
+            succeeded.append(True)
     return error
 
 
 def _excuse_homed(stage: Stage, began_s: float) -> None:
-    """Excuse motors that slipped in a homing, or whose switches were stuck: no driver can know.
+    """Excuse motors that were moved in a homing, or whose switches were stuck: no driver can know.
 
-    Nor can it know of steppers that a hand has turned, or of a line that was changed and made the
-    board home another axis.
+    Nor can it know of a line that was changed and made the board home another axis.
     """
     watch = stage.watch
-    if watch.misdirected:
-        watch.excuse_restart()
-    lost = watch.slipped | {at for at, until_s in stage.stuck_until_s.items() if until_s >= began_s}
-    if not stage.world.closed_loop:
-        lost |= watch.turned_in_command
-    if lost:
-        watch.excuse_restart(motors=lost)
+    stuck = {at for at, until_s in stage.stuck_until_s.items() if until_s >= began_s}
+    watch.lose_track(watch.doubts.off_path | watch.moved_in_command | stuck)
+    if watch.doubts.misdirected:
+        watch.lose_track(range(len(stage.world.motors)))
 
 
 def close_and_connect(stage: Stage) -> TypedError | None:

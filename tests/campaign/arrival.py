@@ -25,7 +25,7 @@ TRIP_STEPS = 4
 class JointsAim:
     """Some joints at new angles, or the fingers at a new opening; everything else stays.
 
-    `start` is where the motors were expected to stand before the call. `near` is how many counts a
+    `start` is where the motors stood before the call. `near` is how many counts a
     resting drive may be off its target. With `clipped`, a jog whose result has a note may end
     anywhere on the way.
     """
@@ -71,7 +71,7 @@ class JointsAim:
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
         """Compare every motor with the goal, or with the way there if the jog was clipped."""
         transmission = world.body.transmission
-        goal, there = self.goal(transmission), world.expected
+        goal, there = self.goal(transmission), world.motors
         on_the_way = self.clipped and isinstance(result, Jogged) and bool(result.note)
         start = self.start if on_the_way else goal
         off = {
@@ -106,7 +106,7 @@ class PoseAim:
         if excused:
             return ""  # every motor moves the tip
         body = world.body
-        joints, _ = body.transmission.to_joints(world.expected)
+        joints, _ = body.transmission.to_joints(world.motors)
         here = body.arm.fk(joints)
         rounded = ROUNDED_STEPS + self.near
         turns_rad = [
@@ -174,21 +174,12 @@ class GraspAim:
     """A grasp: the result is the width of what is between the fingers, and they press it."""
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Compare the measured width with that of the block; 0 if there is none.
-
-        A finger motor that has slipped measures a wrong width, by as much as it slipped.
-        """
+        """Compare the measured width with that of the block; 0 if there is none."""
         if excused or not isinstance(result, float):
             return ""
         if not world.grip_switch:
             return f"the fingers press with {world.grip_force_n:.1f} N, and hold nothing"
-        transmission = world.body.transmission
-        expected_mm, real_mm = (
-            transmission.to_joints(there)[1] for there in (world.expected, world.motors)
-        )
         wide_mm = world.scene.contact_mm
-        low_mm, high_mm = sorted((wide_mm, wide_mm + expected_mm - real_mm))
-        most_mm = TRIP_STEPS / world.body.grip_steps_per_mm
-        if not low_mm - most_mm <= result <= high_mm + most_mm:
+        if abs(result - wide_mm) > TRIP_STEPS / world.body.grip_steps_per_mm:
             return f"{result:.2f} mm were measured, and {wide_mm:.2f} mm are between the fingers"
         return ""

@@ -1,11 +1,11 @@
 """The faults of the campaign: of the wire, board, arm and program, and of the drives on a bus.
 
 Each fault draws its numbers from the mission's generator. When it strikes, it tells the watch what
-it excuses.
+no driver can know or prevent.
 """
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, BadRequest
@@ -16,13 +16,8 @@ from armdrive.sim.faults import parse_words
 from armdrive.sim.robko01 import SimRobkoBoard
 from kinematics import Motors
 
-from .excuses import NOISE_S, TurnedByHand
-from .missed_orders import excuse_cut_off, orders_cut_short, orders_ignored, orders_lost
-from .power_loss import RESET_S, next_poll_by_s, note_power_loss
 from .stage import STATE, Stage, suspend
 
-ARM_FAULTS = ("brown-out", "reset", "lose-steps", "stall", "switch", "drive-dead", "drive-reset")
-"""Faults that leave the messages on the wire as they are."""
 HOST, DEVICE = "from=host", "from=device"
 
 
@@ -48,9 +43,7 @@ def inject(stage: Stage, words: str, *, misdirects: bool = False) -> str:
     `misdirects`: the device may now do something that the driver did not command.
     """
     if misdirects:
-        stage.watch.misdirected = True
-    if not words.startswith(ARM_FAULTS):  # the fault may swallow the evidence of a restart
-        stage.watch.excuse_restart(stage.now_s)
+        stage.watch.doubts.misdirected = True
     seed = stage.draw.randrange(1 << 30)
     stage.look()
     try:
@@ -63,6 +56,35 @@ def inject(stage: Stage, words: str, *, misdirects: bool = False) -> str:
 def motor(stage: Stage) -> int:
     """Draw a motor, counted from 1."""
     return stage.draw.randint(1, len(stage.world.motors))
+
+
+LOOK_S = 0.5
+"""A poll that is due has begun within this time, whatever its result."""
+RESET_S = 0.15
+"""A simulated MKS drive that is reset holds its shaft again after this time (`BOOT_S`)."""
+NEAR_ZERO = 64
+"""After a restart, a drive that had counted no more than this seems to be where it was."""
+
+
+def _next_poll_by_s(stage: Stage) -> float:
+    """Return the latest time at which an idle program polls the arm next."""
+    return stage.now_s + stage.config.motion.idle_poll_s + LOOK_S
+
+
+def _note_restart(stage: Stage, motors: Collection[int], for_s: float = RESET_S) -> None:
+    """Note that motors lose their power for a time, and then count from zero.
+
+    The next poll shows that, unless they had counted about as much before. A drive that is back
+    soon may obey an order from its new zero, until the driver has noticed.
+    """
+    stage.look()
+    stage.watch.note_change(stage.now_s, _next_poll_by_s(stage))
+    stage.watch.doubts.off_path |= set(motors)
+    stage.disturb(for_s)
+    near = NEAR_ZERO if stage.world.closed_loop else 0
+    counts = stage.twin.device.registers
+    if stage.reads_zero or all(abs(counts[motor]) <= near for motor in motors):
+        stage.watch.lose_track(motors)
 
 
 # -- Faults of the wire, the board, the arm, and the program ---------------------------------------
@@ -108,16 +130,13 @@ def _delay(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
     by_s = stage.draw.choice((0.05, 0.2, 0.4, 1.0, 2.5))
     if side == HOST:
-        stage.watch.late_s = by_s
-        stage.late_orders_until_s = stage.now_s + by_s + NEXT_MESSAGE_S
+        stage.watch.doubts.late_s = by_s
+        stage.disturb(by_s + NEXT_MESSAGE_S)
     return inject(stage, f"delay {by_s} next {side}", misdirects=side == HOST and by_s > 0.4)
 
 
 FRAMES_A_BYTE = 5
 """A line to a CAN adapter that changes a share of its characters damages more of the frames."""
-DAMAGES_FRAMES = 0.15
-"""If a bus loses this share of its frames, a stop may reach all drives, one or none, however often
-it is repeated."""
 
 
 def _noise(stage: Stage) -> str:
@@ -126,15 +145,8 @@ def _noise(stage: Stage) -> str:
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
     if isinstance(stage.twin.board, DrivesBoard):
         share *= FRAMES_A_BYTE
-    on_bus = side == HOST and isinstance(stage.twin.board, DrivesBoard)
-    if on_bus:
-        stage.orders_lost_until_s = stage.now_s + for_s
-    if on_bus and share >= DAMAGES_FRAMES:
-        stage.commands_lost_until_s = stage.now_s + for_s
-        stage.watch.lost_targets.begin(stage.now_s, for_s)
-        if stage.watch.must_stop:
-            stage.add_silence_bound("the line damaged a stop")
-        stage.watch.missed_orders = orders_lost(stage, for_s)
+    if side == HOST:
+        stage.disturb(for_s)
     words = f"{kind} {share} {side} for={for_s}"
     return inject(stage, words, misdirects=side == HOST and _no_check_bytes(stage))
 
@@ -144,25 +156,22 @@ def _garbage(stage: Stage) -> str:
 
 
 def _mute(stage: Stage) -> str:
-    for_s = stage.draw.choice((0.2, 1.0, 3.0, 8.0))
-    stage.no_hold_until_s |= dict.fromkeys(range(len(stage.world.motors)), stage.now_s + for_s)
-    return inject(stage, f"mute for={for_s}")
+    return inject(stage, f"mute for={stage.draw.choice((0.2, 1.0, 3.0, 8.0))}")
 
 
 def _unplug(stage: Stage) -> str:
-    excuse_cut_off(stage)
     stage.add_silence_bound("the cable was pulled")
     return inject(stage, f"unplug for={stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 
 
 def _brown_out(stage: Stage) -> str:
     for_s = stage.draw.choice((0.1, 0.5, 2.0))
-    note_power_loss(stage, for_s)
+    _note_restart(stage, range(len(stage.world.motors)), for_s)
     return inject(stage, f"brown-out for={for_s}")
 
 
 def _reset(stage: Stage) -> str:
-    note_power_loss(stage)
+    _note_restart(stage, range(len(stage.world.motors)))
     return inject(stage, "reset")
 
 
@@ -190,18 +199,16 @@ def _pendant(stage: Stage) -> str:
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
     steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
-    stage.watch.note_change(stage.now_s, next_poll_by_s(stage))
-    before = stage.world.motors
+    stage.watch.note_change(stage.now_s, _next_poll_by_s(stage))
     try:
         done = stage.turn_by_hand(Motors(steps))
     except ArmError as error:
         return f"no motor could be turned: {error}"
-    stage.watch.turned_by_hand = TurnedByHand.of(
-        stage.config, before, stage.world.motors, stage.now_s
-    )
+    turned = {at for at, count in enumerate(steps) if count}
+    stage.watch.note_displaced(turned, stage.now_s)
     prompt = stage.now_s <= stage.referenced_s + PROMPT_S
     if done and prompt and stage.watch.referencing:
-        stage.watch.excuse_hand_turn(Motors(steps))
+        stage.watch.lose_track(turned)
     return f"turned by hand: {steps}" if done else "no motor could be turned"
 
 
@@ -213,15 +220,9 @@ def _kill(stage: Stage) -> str:
 def _kill_at_write(stage: Stage) -> str:
     stage.link.kill_after = stage.draw.randint(0, 6)
     stage.link.sent_share = stage.draw.random()
-    stage.link.on_partial_write = lambda: _orders_cut_short(stage)
+    # MKS drives get one order each, and drive it to its end
+    stage.link.on_partial_write = lambda: stage.disturb(0.0)
     return f"killed at write {stage.link.kill_after}, {stage.link.sent_share:.0%} of it sent"
-
-
-def _orders_cut_short(stage: Stage) -> None:
-    """Excuse the drives if only some of them have got their orders."""
-    if (excuse := orders_cut_short(stage)) is not None:
-        stage.watch.missed_orders = excuse
-        stage.commands_lost_until_s = max(stage.commands_lost_until_s, stage.now_s + NOISE_S)
 
 
 def _kill_at_disk(stage: Stage) -> str:
@@ -268,9 +269,6 @@ def _damage(stage: Stage) -> str:
 
 # -- Faults that only drives on a bus have: of frames, node ids, modes, and single drives ----------
 
-NEAR_ZERO = 64
-"""After a restart, a drive that had counted no more than this seems to be where it was."""
-
 
 def _lose_frames(stage: Stage) -> str:
     amount = stage.draw.choice(("next", "0.02", "0.1"))
@@ -279,8 +277,7 @@ def _lose_frames(stage: Stage) -> str:
         return inject(stage, f"drop next {side}")
     for_s = stage.draw.choice((0.5, 2.0))
     if side == HOST:
-        stage.orders_lost_until_s = stage.now_s + for_s
-        stage.watch.lost_targets.begin(stage.now_s, for_s)
+        stage.disturb(for_s)
     return inject(stage, f"drop {amount} {side} for={for_s}")
 
 
@@ -292,59 +289,40 @@ def _double_frames(stage: Stage) -> str:
 def _overtake(stage: Stage) -> str:
     side, for_s = stage.draw.choice((HOST, DEVICE)), stage.draw.choice((0.5, 2.0))
     if side == HOST:
-        stage.late_orders_until_s = stage.now_s + for_s
+        stage.disturb(for_s)
     return inject(stage, f"overtake 0.2 {side} for={for_s}")
 
 
 def _bus_off(stage: Stage) -> str:
-    excuse_cut_off(stage)
     stage.add_silence_bound("the adapter left the bus")
     return inject(stage, f"bus-off for={stage.draw.choice((0.1, 1.0, 5.0))}")
 
 
 def _alone(stage: Stage) -> str:
     for_s = stage.draw.choice((0.2, 1.0, 5.0))
-    stage.commands_lost_until_s = stage.now_s + for_s
-    if stage.watch.must_stop:
-        stage.add_silence_bound("a stop got no acknowledgement")
+    stage.disturb(for_s)
     return inject(stage, f"alone for={for_s}")
 
 
 def _mute_drive(stage: Stage) -> str:
-    number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
-    stage.no_hold_until_s[number - 1] = stage.now_s + for_s
-    return inject(stage, f"drive-mute {number} for={for_s}")
+    return inject(stage, f"drive-mute {motor(stage)} for={stage.draw.choice((0.1, 0.6, 4.0))}")
 
 
 def _dead_drive(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
-    _drive_restarts(stage, number, for_s)
+    _note_restart(stage, (number - 1,), for_s)
     return inject(stage, f"drive-dead {number} for={for_s}")
 
 
 def _reset_drive(stage: Stage) -> str:
     number = motor(stage)
-    _drive_restarts(stage, number, RESET_S)
+    _note_restart(stage, (number - 1,))
     return inject(stage, f"drive-reset {number}")
-
-
-def _drive_restarts(stage: Stage, number: int, for_s: float) -> None:
-    """Note that the count of a drive falls to zero; excuse it if the count was near zero.
-
-    The drive starts again after `for_s`.
-    """
-    stage.look()
-    stage.note_drive_restarts((number - 1,), for_s)
-    stage.watch.excuse_restart(stage.now_s)
-    stage.watch.note_change(stage.now_s, next_poll_by_s(stage))
-    if abs(stage.twin.device.registers[number - 1]) <= NEAR_ZERO:
-        stage.watch.excuse_restart(motors={number - 1})
 
 
 def _other_mode(stage: Stage) -> str:
     number, for_s = motor(stage), stage.draw.choice((0.5, 3.0))
-    stage.watch.missed_orders = orders_ignored(stage, number - 1, for_s)
-    stage.no_hold_until_s[number - 1] = stage.now_s + for_s  # it ignores an order to hold
+    stage.disturb(for_s)
     return inject(stage, f"drive-mode {number} 2 for={for_s}")
 
 

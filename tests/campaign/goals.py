@@ -70,7 +70,7 @@ def joint_goal(
 ) -> tuple[dict[str, float], float]:
     """Return joint angles near the present posture, and the time to get there at full speed."""
     arm, draw = arm_of(stage), stage.draw
-    start = expected_coordinates(stage)
+    start = ArmCoordinates(*stage.posture())
     chosen = draw.sample(start.joints.names, draw.randint(1, 3))
     turns = {name: math.radians(draw.uniform(-most_deg, most_deg)) for name in chosen}
     here = dict(zip(start.joints.names, start.joints, strict=True))
@@ -95,31 +95,19 @@ BEYOND_DEG = (1.0, 6.0)
 
 def beyond_a_limit(stage: Stage) -> dict[str, float]:
     """Return a goal of one joint just beyond the nearer one of its limits."""
-    place, limits = expected_coordinates(stage), stage.config.model.arm.limits
-    index = stage.draw.randrange(len(place.joints))
-    bounds, here = limits[index], place.joints[index]
+    joints, limits = stage.posture()[0], stage.config.model.arm.limits
+    index = stage.draw.randrange(len(joints))
+    bounds, here = limits[index], joints[index]
     past_deg = stage.draw.uniform(*BEYOND_DEG)
     up = bounds.high_rad - here < here - bounds.low_rad
     bound_deg = math.degrees(bounds.high_rad if up else bounds.low_rad)
-    return {f"{place.joints.names[index]}_deg": bound_deg + (past_deg if up else -past_deg)}
-
-
-def expected_motors(stage: Stage) -> Motors:
-    """Return where the motors would stand now if none had slipped."""
-    stage.look()
-    return stage.world.expected
-
-
-def expected_coordinates(stage: Stage) -> ArmCoordinates:
-    """Return the posture that the arm would have if no motor had slipped."""
-    joints, opening_mm = stage.world.body.transmission.to_joints(expected_motors(stage))
-    return ArmCoordinates(joints, opening_mm)
+    return {f"{joints.names[index]}_deg": bound_deg + (past_deg if up else -past_deg)}
 
 
 def joints_aim(stage: Stage, goal_deg: Mapping[str, float], *, clipped: bool = False) -> JointsAim:
     """Return the aim of a motion of some joints, with names such as `shoulder_deg`."""
     named = {name.removesuffix("_deg"): math.radians(deg) for name, deg in goal_deg.items()}
-    return JointsAim(expected_motors(stage), named, near=stage.near_steps, clipped=clipped)
+    return JointsAim(stage.look(), named, near=stage.near_steps, clipped=clipped)
 
 
 def span_to(stage: Stage, aim: JointsAim) -> tuple[Motors, Motors]:
@@ -134,7 +122,7 @@ def span_to(stage: Stage, aim: JointsAim) -> tuple[Motors, Motors]:
 def nearby_pose(stage: Stage) -> Pose:
     """Return a pose a few mm away, or sometimes one that is out of reach."""
     draw, arm = stage.draw, arm_of(stage)
-    here = arm.model.arm.fk(expected_coordinates(stage).joints)
+    here = arm.model.arm.fk(stage.posture()[0])
     reach = 12.0 if draw.random() < 0.9 else 2000.0
     return shifted(here, *(draw.uniform(-reach, reach) for _ in range(3)))
 
@@ -142,7 +130,7 @@ def nearby_pose(stage: Stage) -> Pose:
 def pose_aim(stage: Stage, goal: Pose, *, clipped: bool = False) -> PoseAim:
     """Return the aim of a motion of the tip to a pose."""
     deviation_mm = stage.config.motion.line_tolerance_mm
-    return PoseAim(expected_motors(stage), goal, stage.near_steps, clipped, deviation_mm)
+    return PoseAim(stage.look(), goal, stage.near_steps, clipped, deviation_mm)
 
 
 CERTAIN_DEG = (4.0, 10.0)

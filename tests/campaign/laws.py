@@ -52,7 +52,7 @@ def call(
     """
     stage.look()
     if stage.no_faults and not stage.twin.device.moving:
-        stage.watch.late_s = 0.0  # the late message has come, and what it moved stands
+        stage.watch.doubts.late_s = 0.0  # the late message has come, and what it moved stands
     arm, began_s, runs_on_s, stops_s = stage.arm, stage.now_s, 0.0, 0.0
     if command is not None:
         assert arm is not None
@@ -62,9 +62,7 @@ def call(
         runs_on_s = stops_s = controller.stopping(burst_s).silent_s
         if command.homes and (bound := homing_bound(stage.config, controller)) is not None:
             runs_on_s = max(runs_on_s, bound.silent_time_s)
-        turned = stage.watch.turned_by_hand
-        turns_back = turned is not None and stage.now_s <= turned.until_s
-        if stage.twin.device.moving or turns_back:
+        if stage.twin.device.moving or stage.now_s <= stage.watch.may_turn_back_until_s:
             # the command begins where the arm comes to rest, which is not known yet
             command.span = command.aim = None
         stage.watch.begin(command)
@@ -111,10 +109,10 @@ def check_arrival(stage: Stage, command: Command, aim: Aim, result: object) -> N
     A program that was suspended during the call has read the registers earlier by that time.
     """
     watch = stage.watch
-    excused = watch.with_coupled(watch.expected_unknown)
-    if not command.verified or stage.now_s - stage.suspended_s <= watch.changed_s + FRESH_S:
+    excused = watch.with_coupled(watch.doubts.unknown)
+    if not command.verified or stage.now_s - stage.suspended_s <= watch.doubts.changed_s + FRESH_S:
         # the motion may have ended before the change
-        excused |= watch.with_coupled(watch.turned_in_command | watch.sagged_in_command)
+        excused |= watch.with_coupled(watch.moved_in_command)
     if missed := aim.missed(stage.world, result, excused):
         raise Broken(f"{command.what} ended well, but {missed}")
 
@@ -142,18 +140,18 @@ def check_trust(stage: Stage, *, strict: bool = False) -> None:
     status = arm.status
     if status.state is State.DISCONNECTED or status.trust not in TRUSTED:
         return
-    changed_s = stage.watch.changed_s
-    if status.state in (State.ERROR_STOP, State.DISABLED) and changed_s > -math.inf:
+    doubts = stage.watch.doubts
+    if status.state in (State.ERROR_STOP, State.DISABLED) and doubts.changed_s > -math.inf:
         return  # the driver polls again after a reset or enable, before any planned motion
-    evident = stage.now_s >= stage.watch.evidence_by_s
-    if not evident and not (strict and stage.now_s > changed_s + FRESH_S):
+    evident = stage.now_s >= doubts.evident_s
+    if not evident and not (strict and stage.now_s > doubts.changed_s + FRESH_S):
         return
     there, here = status.acknowledged, stage.look()
     assert there is not None
     off = {
         motor: real - trusted
         for motor, (real, trusted) in enumerate(zip(here, there, strict=True))
-        if abs(real - trusted) > stage.watch.on_the_step and motor not in stage.watch.unknown_motors
+        if abs(real - trusted) > stage.watch.on_the_step and motor not in doubts.unknown
     }
     if off:
         raise Broken(

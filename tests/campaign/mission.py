@@ -260,7 +260,7 @@ class Mission:
         if stage.arm.model.arm.violations(joints):  # the arm sagged or slipped beyond a limit
             self._bring_back()
             return
-        with stage.watch.reference_attempt() as ended_well:
+        with stage.watch.reference_attempt() as succeeded:
             stage.watch.begin_reference(no_faults=stage.no_faults)
             stage.referenced_s = stage.now_s
             error = self._act(
@@ -270,7 +270,7 @@ class Mission:
                 ),
             )
             if error is None and stage.arm is not None:
-                ended_well()
+                succeeded.append(True)
 
     def _bring_back(self) -> None:
         """Home; if the switches do not help, a person brings the arm to where it was found."""
@@ -294,10 +294,8 @@ class Mission:
         """End every fault, and check that the arm can be brought back and moves."""
         stage = self.stage
         self._faults_over = True
-        stage.watch.excuse_restart(stage.now_s)
         stage.schedule.clear()
         stage.twin.faults.end()
-        stage.no_hold_until_s.clear()
         stage.disk.full = False
         stage.disk.kill_after = stage.link.kill_after = None
         stage.link.line.faults.lose_late()
@@ -318,7 +316,7 @@ class Mission:
         `call` checks that the physical arm has arrived. A refusal breaks a law.
         """
         stage = self.stage
-        if stage.watch.slipped:  # only the person at the arm can see that
+        if stage.watch.doubts.off_path:  # only the person at the arm can see that
             self._reference()
         goal = certain_goal(stage)
         if goal is None:  # the arm is inside a guard, or every path leads deeper into one

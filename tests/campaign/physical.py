@@ -6,31 +6,41 @@
   enters a guard (`Command`, checked by `Watch._check_path`).
 - No joint is too fast (`speeds`), and none is driven into a mechanical stop (`Watch.note_slip`).
 
-The watch asks no register and no driver. It records each violation in `Watch.broken`. `excuses`
-lists what no driver can know or prevent.
+The watch asks no register and no driver. It records each violation in `Watch.broken`.
 
-No driver can know that a stepper has slipped, so its path is judged by what was commanded:
-`WatchedWorld.expected` is where each motor would stand if it had made every step that its
-controller gave it. That is where a motor does stand as long as it has not slipped.
+What no driver can know or prevent is excused by four rules:
+
+- The path and the place of a motor that has left its orders, until the next reference (`Doubts`).
+- Every motion, once the device may have got another order than was sent, until the next reference.
+- The path, the speed and the stopping distance of drives that do not all get their orders, or get
+  them late, until the end of the command that this disturbs (`Watch.disturb`). They must still come
+  to rest in time.
+- A shaft in a closed loop that was blocked or turned by hand, as it turns back to its set-point
+  (`Watch.note_displaced`).
 """
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
-from kinematics import Joints, Motors, Transmission
+from kinematics import Joints, Motors
 from kinematics.guards import GuardedArm
 from tests.conformance.observation import ON_THE_STEP, Point
 
-from .excuses import NOISE_S, LostTargets, MissedOrders, SpringBack, TurnedByHand, fastest_hz
-from .speeds import NOTHING, WINDOW_S, SpeedWatch
+from .speeds import SpeedWatch
 
 ROUNDING_RAD = math.radians(0.5)
 """How far a joint may be beyond a limit because motors stand on whole steps."""
+NOISE_S = 0.03
+"""The longest time between an event and the next look at the arm."""
+NOTICED_S = 0.6
+"""The driver notices within this time that a drive does not follow, and stops the others."""
+TURNS_BACK_S = 0.1
+"""A shaft that comes free is at its set-point within this time."""
 
 
 class WatchedWorld(World):
@@ -42,87 +52,37 @@ class WatchedWorld(World):
         self.sagging = False
         self.closed_loop = False
         """Whether the drives measure their shafts and make up for lost steps."""
-        self._ordered: Motors | None = None
-        """The steps that the controller gives the motors in the present call of `drive`."""
-        self._motors_follow = False
-        """Whether every motor makes these steps."""
         super().__init__(body)
-        self._expected = self._motors
-
-    @property
-    def expected(self) -> Motors:
-        """Where the motors would stand if none had slipped or sagged since the last reference."""
-        return self._motors if self.closed_loop else self._expected
-
-    @property
-    def expected_joints(self) -> Joints:
-        """The joint angles that belong to `expected`."""
-        there = self.expected
-        if there == self._motors:
-            return self._joints
-        return self.body.transmission.to_joints(there)[0]
-
-    def set_expected(self, there: Motors) -> None:
-        """Set where the motors are expected to stand from now on."""
-        self._expected = there
 
     def cut_current(self, time_s: float = 0.0) -> None:
         """Let the arm sag."""
-        self.sagging = True
-        try:
+        with self._sags():
             super().cut_current(time_s)
-        finally:
-            self.sagging = False
 
     def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Let a part of the arm sag by some motor steps."""
+        with self._sags():
+            super().give_way(steps, time_s)
+
+    @contextmanager
+    def _sags(self) -> Iterator[None]:
         self.sagging = True
         try:
-            super().give_way(steps, time_s)
+            yield
         finally:
             self.sagging = False
 
     def drive(self, steps: Motors, time_s: float = 0.0) -> None:  # type: ignore[override]
         """Turn the motors, and report those that did not follow to the watch."""
-        before = self._motors
+        meant = self._motors + Motors(steps)
         failing = {i for i, one in enumerate(steps) if one and self.fails(i)}
         if failing and self.watch is not None:
-            in_motion = self.watch.may_move(time_s)
-            self.watch.spring_back.note_blocked(failing, time_s, in_motion=in_motion)
             # report the slip before the watch judges the path that the other motors make
             self.watch.note_slip(failing, time_s)
-        meant = before + Motors(steps)
-        self._ordered = Motors(steps)
-        try:
-            super().drive(steps, time_s)
-        finally:
-            self._ordered = None
+        super().drive(steps, time_s)
         if self.watch is not None and meant != self._motors:
             pairs = enumerate(zip(meant, self._motors, strict=True))
             self.watch.note_slip({i for i, (a, b) in pairs if a != b}, time_s)
-
-    def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Turn motors by the steps that they really make, which may differ from those ordered.
-
-        Expected and real motors advance together in small pieces, so that the watch sees both.
-        """
-        ordered, self._ordered = self._ordered, None
-        if ordered is None or tuple(ordered) == tuple(steps):
-            if ordered is None and self.watch is not None:
-                self.watch.speeds.forget()  # a motor that runs on after a dead stop moves at once
-            self._motors_follow = ordered is not None
-            super().force(steps, time_s)
-            self._motors_follow = False
-            return
-        last = len(ordered) - self.body.transmission.has_gripper
-        pieces = 1 + max(map(abs, ordered[:last]), default=0) // self._sample_steps
-        made = meant_so_far = Motors((0,) * len(ordered))
-        for piece in range(1, pieces + 1):
-            share = Motors(count * piece // pieces for count in steps)
-            meant = Motors(count * piece // pieces for count in ordered)
-            self._expected = self._expected + (meant - meant_so_far)
-            self._shift(share - made, time_s)
-            made, meant_so_far = share, meant
 
     def fails(self, motor: int) -> bool:
         """Return whether a fault keeps a motor from following now."""
@@ -130,8 +90,6 @@ class WatchedWorld(World):
 
     def _shift(self, steps: Motors, time_s: float) -> None:
         before, tip = self._motors, self.tip
-        if self._motors_follow:
-            self._expected = self._expected + steps
         super()._shift(steps, time_s)
         if self.watch is not None and self._motors != before:
             pairs = zip(before, self._motors, strict=True)
@@ -158,6 +116,7 @@ class Bound:
     """Where the tip was at `since_s`."""
     time_s: float
     distance_mm: float
+    is_pause: bool = False
 
 
 @dataclass(slots=True)
@@ -168,7 +127,7 @@ class Command:
     position_known: bool = False
     """Whether the position was trusted when the call began: then limits and guards hold."""
     span: tuple[Motors, Motors] | None = None
-    """The range in which every motor stays, by its expected position."""
+    """The range in which every motor stays."""
     aim: Aim | None = None
     """Where the arm stands after a successful call; None if the call promises nothing about it."""
     speed: float = 1.0
@@ -183,20 +142,37 @@ class Command:
     """Whether the driver has read the registers a moment before a successful call returns."""
     homes: bool = False
     """Whether the device homes by itself, and may go on with that without the driver."""
+    disturbed: bool = False
+    """Whether drives may have missed orders of this call, or got them late."""
 
 
-@dataclass(frozen=True, slots=True)
-class PriorExcuses:
-    """What a watch excused before an attempt to reference; the names are those of the watch."""
+@dataclass(slots=True)
+class Doubts:
+    """What a driver need not know, or not yet, of the arm since the last reference."""
 
-    lost: set[int]
-    """Motors whose physical or expected place was unknown."""
-    sagged: set[int]
-    misdirected: bool
-    late_s: float
-    changed_s: float
-    evidence_by_s: float
-    restart_shown_by_s: float
+    off_path: set[int] = field(default_factory=set)
+    """Motors that may not be where their orders should have brought them."""
+    unknown: set[int] = field(default_factory=set)
+    """Motors that left their place without any evidence: a stepper that slips gives none."""
+    misdirected: bool = False
+    """Whether a fault may have made the device do what the driver did not command."""
+    late_s: float = 0.0
+    """The longest delay of a message on the wire."""
+    changed_s: float = -math.inf
+    """When the arm last changed without a command."""
+    evident_s: float = -math.inf
+    """By when the driver can know of that change."""
+
+    def joined(self, other: "Doubts") -> "Doubts":
+        """Return the doubts of both."""
+        return Doubts(
+            self.off_path | other.off_path,
+            self.unknown | other.unknown,
+            self.misdirected or other.misdirected,
+            max(self.late_s, other.late_s),
+            max(self.changed_s, other.changed_s),
+            max(self.evident_s, other.evident_s),
+        )
 
 
 class Watch:
@@ -219,27 +195,15 @@ class Watch:
         """How many steps a stop may take a motor beyond its goal."""
         self.broken: list[str] = []
         """A sentence for each violation."""
-        self.misdirected = False
-        """Whether a fault may have made the device do what the driver did not command.
-
-        No driver can prevent that, so no path is judged until the next reference.
-        """
-        self.late_s = 0.0
-        """The longest delay of a message on the wire."""
-        self.slipped: set[int] = set()
-        """Motors that have slipped since the last reference; a driver cannot know of steppers."""
-        self.sagged: set[int] = set()
-        """Motors that gave way without current since the last reference."""
-        self.expected_unknown: set[int] = set()
-        """Motors whose expected place is unknown as well, since the last reference."""
-        self.changed_s = self.evidence_by_s = -math.inf
-        """When the arm last changed without a command, and by when the driver can know of it."""
-        self.restart_shown_by_s = -math.inf
-        """By when a restart shows that left the registers at zero as they were."""
-        self.missed_orders: MissedOrders | None = None
-        self.turned_by_hand: TurnedByHand | None = None
-        self.spring_back = SpringBack()
-        self.lost_targets = LostTargets()
+        self.doubts = Doubts()
+        self.disturbed_until_s = -math.inf
+        """By when drives that missed orders have been stopped, or follow them again."""
+        self.referencing = False
+        """Whether a call that references is under way."""
+        self.moved_in_command: set[int] = set()
+        """Motors that a person turned, or that gave way, since the present command began."""
+        self._displaced_until_s: dict[int, float] = {}
+        """Until when a motor may turn back to its drive's set-point."""
         self._guarded = guarded
         self._step_mm = step_mm
         self._command: Command | None = None
@@ -250,14 +214,6 @@ class Watch:
         self._rest_position = world.motors
         """Where the motors stood after the last allowed motion."""
         self._last_call = "nothing"
-        self._before_reference: PriorExcuses | None = None
-        """What was excused before the latest attempt to reference, which may fail."""
-        self.referencing = False
-        """Whether a call that references is under way."""
-        self.turned_in_command: set[int] = set()
-        """Motors that a person has turned, or that restarted, since the present command began."""
-        self.sagged_in_command: set[int] = set()
-        """Motors that gave way since the present command began."""
         self._motors_of_joint = tuple(
             (name, frozenset(motor for motor, share in enumerate(row) if share))
             for name, row in zip(world.joints.names, world.body.transmission.inverse, strict=False)
@@ -270,7 +226,6 @@ class Watch:
             tuple(step_rad * on_the_step for step_rad in steps_rad),
             tuple(step_rad * slowest_hz for step_rad in steps_rad),
             tuple(step_rad * rounding_up_hz for step_rad in steps_rad),
-            _all_motors_rad_s(world.body.transmission, speeds_rad_s),
         )
         world.watch = self
 
@@ -278,17 +233,14 @@ class Watch:
 
     def begin(self, command: Command) -> None:
         """Judge motions by this command from now on."""
-        arm, joints = self._guarded.arm, self.world.expected_joints
+        arm, joints = self._guarded.arm, self.world.joints
         command.excess_rad_at_start = {each.joint: each.excess for each in arm.violations(joints)}
         command.depth_mm = self.guard_depth_mm(joints)
         if self._command is not None:
             self._earlier_speed, self._earlier_until_s = self._command.speed, self._until_s
         self._command, self._until_s = command, math.inf
-        self.turned_in_command.clear()
-        self.sagged_in_command.clear()
+        self.moved_in_command.clear()
         self.speeds.forget()
-        if self.missed_orders is not None:
-            self.missed_orders.begin()
         self._last_call = command.what
         self._bounds.clear()
 
@@ -297,7 +249,7 @@ class Watch:
 
         What an earlier command has sent may still run on for longer, such as a homing without wire.
         """
-        ends_s = now_s + runs_on_s + self.late_s + NOISE_S
+        ends_s = now_s + runs_on_s + self.doubts.late_s + NOISE_S
         earlier_s = self._earlier_until_s
         self._until_s = max(ends_s, earlier_s) if math.isfinite(earlier_s) else ends_s
 
@@ -306,19 +258,9 @@ class Watch:
         self._bounds.append(bound)
 
     @property
-    def commanded_speed(self) -> float:
-        """The share of its greatest speed at which the arm may move."""
-        return 1.0 if self._command is None else self._command.speed
-
-    @property
-    def must_stop(self) -> bool:
-        """Whether the arm has to come to rest: a bound holds."""
-        return bool(self._bounds)
-
-    def loosen_bounds(self, loosened: Callable[[float, float], tuple[float, float]]) -> None:
-        """Replace the time and distance of each bound by what a function makes of them."""
-        for bound in self._bounds:
-            bound.time_s, bound.distance_mm = loosened(bound.time_s, bound.distance_mm)
+    def bounds(self) -> Sequence[Bound]:
+        """The bounds that hold now."""
+        return self._bounds
 
     def clear_bounds(self) -> None:
         """Drop all bounds: the motion may go on."""
@@ -327,96 +269,75 @@ class Watch:
     def begin_reference(self, *, no_faults: bool = True) -> None:
         """Start afresh, because a person is about to declare where the arm stands.
 
-        Unless there are `no_faults`, sags, misdirected and late messages stay excused, and so do
-        changes whose evidence is still to come.
+        Unless there are `no_faults`, what these have disturbed stays excused.
         """
-        self._before_reference = PriorExcuses(
-            self.slipped | self.expected_unknown,
-            set(self.sagged),
-            self.misdirected,
-            self.late_s,
-            self.changed_s,
-            self.evidence_by_s,
-            self.restart_shown_by_s,
-        )
-        self.slipped.clear()
-        self.expected_unknown.clear()
-        self.world.set_expected(self.world.motors)
-        if no_faults:
-            self.misdirected = False
-            self.late_s = 0.0
-            self.sagged.clear()
-            self.changed_s = self.evidence_by_s = self.restart_shown_by_s = -math.inf
-
-    def undo_reference(self) -> None:
-        """Excuse what was excused before as well: the old reference may hold, or the new one."""
-        before, self._before_reference = self._before_reference, None
-        if before is None:
-            return
-        self.slipped |= before.lost
-        self.expected_unknown |= before.lost
-        self.sagged |= before.sagged
-        self.misdirected = self.misdirected or before.misdirected
-        self.late_s = max(self.late_s, before.late_s)
-        self.changed_s = max(self.changed_s, before.changed_s)
-        self.evidence_by_s = max(self.evidence_by_s, before.evidence_by_s)
-        self.restart_shown_by_s = max(self.restart_shown_by_s, before.restart_shown_by_s)
+        self._before_reference = self.doubts
+        self.doubts = Doubts() if no_faults else replace(self.doubts, unknown=set())
 
     @contextmanager
-    def reference_attempt(self) -> Iterator[Callable[[], None]]:
-        """Surround a call that references; the caller calls what this yields if it succeeds."""
-        self._before_reference, self.referencing = None, True
-        well = False
+    def reference_attempt(self) -> Iterator[list[bool]]:
+        """Surround a call that references; the caller appends to what this yields if it succeeds.
 
-        def ended_well() -> None:
-            nonlocal well
-            well = True
-
+        After a failure the old reference may hold, or the new one: all that was in doubt stays so.
+        """
+        self._before_reference, self.referencing = Doubts(), True
+        succeeded: list[bool] = []
         try:
-            yield ended_well
+            yield succeeded
         finally:
             self.referencing = False
-            if not well:
-                self.undo_reference()
+            if not succeeded:
+                self.doubts = self.doubts.joined(self._before_reference)
 
     def note_change(self, now_s: float, known_by_s: float) -> None:
         """Note that the arm changes without a command, and by when the driver can know."""
-        self.changed_s, self.evidence_by_s = now_s, max(self.evidence_by_s, known_by_s)
+        self.doubts.changed_s = now_s
+        self.doubts.evident_s = max(self.doubts.evident_s, known_by_s)
 
     def note_suspension(self, now_s: float, for_s: float) -> None:
         """Note that the program is suspended for `for_s`, and cannot poll the arm meanwhile."""
-        self.evidence_by_s += for_s if now_s < self.evidence_by_s else 0.0
-        self.restart_shown_by_s += for_s if now_s < self.restart_shown_by_s else 0.0
+        if now_s < self.doubts.evident_s:
+            self.doubts.evident_s += for_s
 
-    def excuse_restart(
-        self, now_s: float | None = None, motors: Collection[int] | None = None
-    ) -> None:
-        """Excuse the position of these motors, or of all, until the next reference.
+    def lose_track(self, motors: Collection[int]) -> None:
+        """Excuse the place of these motors until the next reference: no driver can know it."""
+        self.doubts.off_path |= set(motors)
+        self.doubts.unknown |= set(motors)
 
-        No driver can know of a restart that left the registers at zero. With `now_s`, the restart
-        is excused only if its evidence was still to come at that time, because it is lost then.
-        """
-        if now_s is None or now_s < self.restart_shown_by_s:
-            lost = set(range(len(self.world.motors)) if motors is None else motors)
-            self.slipped |= lost
-            self.expected_unknown |= lost
+    def disturb(self, until_s: float) -> None:
+        """Excuse the path of a command of which drives may miss orders until a time."""
+        self.disturbed_until_s = max(self.disturbed_until_s, until_s)
+
+    def note_displaced(self, motors: Collection[int], time_s: float) -> None:
+        """Note shafts in a closed loop that are off their set-points, and turn back when free."""
+        for motor in motors if self.world.closed_loop else ():
+            self._displaced_until_s[motor] = time_s + TURNS_BACK_S
+
+    def turning_back(self, motors: Collection[int], time_s: float) -> bool:
+        """Return whether all these motors turn back to their set-points."""
+        return all(time_s <= self._displaced_until_s.get(each, -math.inf) for each in motors)
+
+    @property
+    def may_turn_back_until_s(self) -> float:
+        """Until when any motor may turn back."""
+        return max(self._displaced_until_s.values(), default=-math.inf)
 
     # -- what is seen ---------------------------------------------------------------------------
 
     def note_slip(self, motors: set[int], time_s: float) -> None:
         """Note motors that did not follow; judge whether they were driven into a stop."""
         failing = {motor for motor in range(len(self.world.motors)) if self.world.fails(motor)}
-        known = self.slipped | self.sagged | self.turned_in_command | failing
-        self.slipped |= motors
+        known = self.doubts.off_path | self.moved_in_command | failing
+        self.note_displaced(failing & motors, time_s)
+        if self.world.closed_loop:  # the drive measures where its shaft is
+            self.doubts.off_path |= motors
+        else:
+            self.lose_track(motors)
         last = len(self.world.motors) - 1
         fingers = self.world.body.transmission.has_gripper and motors <= {last}
-        if fingers or not self._path_is_judged:
+        if fingers or not self._path_is_judged(time_s):
             return
-        blocked = self._joints_at_stops() - self._joints_of(known)
-        if self.missed_orders is not None and self.missed_orders.excuses(time_s):
-            # these joints may pass their limits, and so reach their mechanical stops
-            blocked -= self.missed_orders.joints
-        if blocked:
+        if blocked := self._joints_at_stops() - self._joints_of(known):
             self._violation(
                 f"{', '.join(sorted(blocked))}: driven into a mechanical stop: {self.world.joints}"
             )
@@ -426,13 +347,9 @@ class Watch:
         if self.world.sagging or self.world.moved_by_hand:
             self.speeds.forget()
             self._rest_position = self.world.motors
-        if self.world.sagging:
-            self.sagged |= set(motors)
-            self.sagged_in_command |= set(motors)
-            self._shift_bounds(tip)
-            return
-        if self.world.moved_by_hand:
-            self.turned_in_command |= set(motors)
+            self.moved_in_command |= set(motors)
+            if self.world.sagging:
+                self.doubts.off_path |= set(motors)
             self._shift_bounds(tip)
             return
         if self._is_excused(motors, time_s):
@@ -442,35 +359,32 @@ class Watch:
             late_s = time_s - self._until_s
             self._violation(f"it moved without a command, {late_s:.2f} s after: {self._last_call}")
         self._check_bounds(time_s)
-        if self.may_move(time_s):
+        if time_s <= min((self._until_s, *map(self._rests_by_s, self._bounds))):
             self._rest_position = self.world.motors
-        share = self.commanded_speed
+        if self._disturbed(time_s):
+            self.speeds.forget()
+            return
+        share = 1.0 if self._command is None else self._command.speed
         if time_s <= self._earlier_until_s < math.inf:
             share = max(share, self._earlier_speed)
-        free = self._joints_of(self.slipped | self.sagged | self.turned_in_command)
-        faster_rad_s, ahead_s = NOTHING, self.lost_targets.ahead_s(time_s, WINDOW_S)
-        if self.missed_orders is not None:
-            faster_rad_s = self.missed_orders.faster_rad_s(time_s, WINDOW_S)
-        joints = self.world.joints
-        if sentence := self.speeds.violation(time_s, joints, share, free, faster_rad_s, ahead_s):
+        free = self._joints_of(self.doubts.off_path | self.moved_in_command)
+        if sentence := self.speeds.violation(time_s, self.world.joints, share, free):
             self._violation(sentence)
-        if self._path_is_judged:
-            self._check_path(time_s)
-
-    def may_move(self, time_s: float) -> bool:
-        """Return whether a command may move the arm now, and no bound has ended."""
-        return time_s <= min((self._until_s, *map(self._rests_by_s, self._bounds)))
+        if self._path_is_judged(time_s):
+            self._check_path()
 
     def _is_excused(self, motors: Collection[int], time_s: float) -> bool:
         """Return whether no driver can know of a motion, or prevent it."""
-        if self.misdirected or self.spring_back.excuses(motors, time_s):
-            return True
-        if self.turned_by_hand is not None and self.turned_by_hand.excuses(
-            motors, self.world.motors, time_s
-        ):
+        if self.doubts.misdirected or self.turning_back(motors, time_s):
             return True
         # motors that still hold may give way to those that do not
-        return bool(self.sagged) and not self.world.energised
+        return bool(self.doubts.off_path) and not self.world.energised
+
+    def _disturbed(self, time_s: float) -> bool:
+        """Return whether drives may have missed orders of the present command."""
+        if time_s <= self.disturbed_until_s and self._command is not None:
+            self._command.disturbed = True
+        return self._command is not None and self._command.disturbed
 
     def _shift_bounds(self, before: Point) -> None:
         """Move the starts of the bounds along with a tip that no command moves."""
@@ -479,45 +393,20 @@ class Watch:
             x, y, z = (at + way for at, way in zip(bound.tip, by, strict=True))
             bound.tip = (x, y, z)
 
-    @property
-    def _path_is_judged(self) -> bool:
-        command = self._command
-        return command is not None and command.position_known and not self.misdirected
+    def _path_is_judged(self, time_s: float) -> bool:
+        known = self._command is not None and self._command.position_known
+        return known and not (self.doubts.misdirected or self._disturbed(time_s))
 
-    @property
-    def excused_motors(self) -> set[int]:
-        """Motors whose place on the path of the present command no driver can know.
-
-        With closed-loop drives, those that slipped or gave way. For steppers the path is judged by
-        the expected place, so only those whose expected place is unknown.
-        """
-        lost = self.slipped | self.sagged if self.world.closed_loop else self.expected_unknown
-        return self.with_coupled(lost | self.turned_in_command)
-
-    def with_coupled(self, motors: set[int]) -> set[int]:
+    def with_coupled(self, motors: Collection[int]) -> set[int]:
         """Return motors, with all others that turn, or depend on, a joint that they turn."""
         turned = self._joints_of(motors)
         matrix = self.world.body.transmission.matrix
-        return motors | {
+        return set(motors) | {
             motor
             for motor, row in enumerate(matrix)
             for name, share in zip(self.world.joints.names, row, strict=False)
             if share and name in turned
         }
-
-    @property
-    def unknown_motors(self) -> set[int]:
-        """Motors whose physical place no driver can know; a slipped stepper gives no evidence."""
-        return self.expected_unknown if self.world.closed_loop else self.slipped
-
-    def excuse_hand_turn(self, steps: Motors) -> None:
-        """Excuse motors that a person has turned, if no driver can know of it."""
-        turned = {motor for motor, count in enumerate(steps) if count}
-        self.slipped |= turned
-        if self.world.closed_loop:
-            self.expected_unknown |= turned
-        else:
-            self.world.set_expected(self.world.expected - steps)
 
     def _joints_of(self, motors: Collection[int]) -> set[str]:
         """Return the joints that any of these motors turns."""
@@ -537,7 +426,7 @@ class Watch:
 
     def _rests_by_s(self, bound: Bound) -> float:
         """Return by when the arm has to stand."""
-        return bound.since_s + bound.time_s + self.late_s + NOISE_S
+        return bound.since_s + bound.time_s + self.doubts.late_s + NOISE_S
 
     def _check_bounds(self, time_s: float) -> None:
         for bound in self._bounds:
@@ -546,7 +435,7 @@ class Watch:
                 self._violation(
                     f"{bound.what}: it moved {after_s:.2f} s later, not {bound.time_s:.2f}"
                 )
-            if self.slipped and not self.world.closed_loop:
+            if self.doubts.unknown or self._disturbed(time_s):
                 continue  # what coupled motors do without the one that slips is not announced
             way_mm = math.dist(self.world.tip, bound.tip)
             if way_mm > bound.distance_mm + self._step_mm:
@@ -554,34 +443,25 @@ class Watch:
                     f"{bound.what}: it went {way_mm:.1f} mm, not {bound.distance_mm:.1f}"
                 )
 
-    def _check_path(self, time_s: float) -> None:
+    def _check_path(self) -> None:
         command = self._command
         assert command is not None
-        excused = self.excused_motors
+        excused = self.with_coupled(self.doubts.off_path | self.moved_in_command)
         if command.span is not None:
             near = self.on_the_step + self.overshoot_steps
             for motor, (here, a, b) in enumerate(
-                zip(self.world.expected, *command.span, strict=True)
+                zip(self.world.motors, *command.span, strict=True)
             ):
                 if motor not in excused and not min(a, b) - near <= here <= max(a, b) + near:
                     self._violation(f"motor {motor + 1} was at {here}, commanded from {a} to {b}")
-        joints, free = self.world.expected_joints, self._joints_of(excused)
-        violations = [
-            each for each in self._guarded.arm.violations(joints) if each.joint not in free
-        ]
-        # if a joint's angle is unknown, so is the tip's place
-        depth_mm = 0.0 if free else self.guard_depth_mm(joints)
-        if self.missed_orders is not None and self.missed_orders.excuses(time_s):
-            beyond_rad = {each.joint: each.excess for each in violations}
-            self.missed_orders.allow_excess(command.excess_rad_at_start, beyond_rad, command.speed)
-            command.depth_mm = max(command.depth_mm, depth_mm)
-        for each in violations:
-            off_rad = ROUNDING_RAD + command.speed * self.lost_targets.allowed_rad(
-                each.joint, time_s
-            )
-            if each.excess > command.excess_rad_at_start.get(each.joint, 0.0) + off_rad:
+        joints, free = self.world.joints, self._joints_of(excused)
+        for each in self._guarded.arm.violations(joints):
+            allowed_rad = command.excess_rad_at_start.get(each.joint, 0.0) + ROUNDING_RAD
+            if each.joint not in free and each.excess > allowed_rad:
                 beyond = math.degrees(each.excess)
                 self._violation(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
+        # if a joint's angle is unknown, so is the tip's place
+        depth_mm = 0.0 if free else self.guard_depth_mm(joints)
         # a guard reports nothing within its tolerance, and the whole depth just beyond it
         began_mm = max(command.depth_mm, self._guarded.guards.tolerance_mm)
         if depth_mm > began_mm + command.slack_mm + self._step_mm:
@@ -597,14 +477,3 @@ class Watch:
     def _violation(self, sentence: str) -> None:
         if sentence not in self.broken:
             self.broken.append(sentence)
-
-
-def _all_motors_rad_s(
-    transmission: Transmission, speeds_rad_s: Sequence[float]
-) -> tuple[float, ...]:
-    """Return how fast each joint turns if all its motors turn it one way at their fastest."""
-    motors_hz = fastest_hz(transmission, speeds_rad_s)
-    return tuple(
-        math.fsum(abs(share) * hz for share, hz in zip(row, motors_hz, strict=True))
-        for row in transmission.inverse[: len(speeds_rad_s)]
-    )

@@ -2,9 +2,8 @@
 
 import math
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 from kinematics import Joints
 
@@ -13,7 +12,6 @@ WINDOW_S = 0.2
 SPEED_TOLERANCE = 1.2
 """By what factor a joint may exceed its limit: devices have tables of speeds, and motors that are
 not coordinated catch up."""
-NOTHING: Mapping[str, float] = MappingProxyType({})
 
 
 @dataclass(slots=True)
@@ -27,8 +25,6 @@ class SpeedWatch:
     """How fast each joint turns at the slowest speed that the device has."""
     rounding_up_rad_s: tuple[float, ...] = ()
     """How much faster each joint turns because drives that catch up round their speeds up."""
-    motors_rad_s: tuple[float, ...] = ()
-    """How fast each joint turns if all its motors turn it one way at their greatest speeds."""
     _seen: deque[tuple[float, Joints]] = field(default_factory=deque)
 
     def forget(self) -> None:
@@ -41,14 +37,11 @@ class SpeedWatch:
         joints: Joints,
         share: float,
         free: Collection[str],
-        faster_rad_s: Mapping[str, float] = NOTHING,
-        ahead_s: float = 0.0,
     ) -> str:
         """Return what is wrong with the joints' speeds; empty if nothing is.
 
         Each may turn at a share of its limit, or at the slowest speed that the device has. Joints
-        that are `free` are not judged; `faster_rad_s` are greater limits of some. Motors that catch
-        up may have turned for `ahead_s` longer than they were watched.
+        that are `free` are not judged.
         """
         seen = self._seen
         if seen and seen[-1][0] == time_s:
@@ -60,7 +53,7 @@ class SpeedWatch:
         since_s = time_s - began_s
         if since_s < WINDOW_S:
             return ""
-        for name, a, b, limit, rounding, slowest, rounding_up, motors in zip(
+        for name, a, b, limit, rounding, slowest, rounding_up in zip(
             joints.names,
             before,
             joints,
@@ -68,12 +61,10 @@ class SpeedWatch:
             self.rounding_rad,
             self.slowest_rad_s,
             self.rounding_up_rad_s or (0.0,) * len(joints),
-            self.motors_rad_s or self.limits_rad_s,
             strict=True,
         ):
-            most_rad_s = max(share * max(limit, faster_rad_s.get(name, 0.0)), min(slowest, limit))
+            most_rad_s = max(share * limit, min(slowest, limit))
             most_rad = (SPEED_TOLERANCE * most_rad_s + rounding_up) * since_s + rounding
-            most_rad += share * motors * ahead_s
             if name not in free and abs(b - a) > most_rad:
                 speed = math.degrees(abs(b - a) / since_s)
                 return (

@@ -1,7 +1,7 @@
 """The stage of a mission: one physical arm with its controller, wire and disk.
 
 Programs drive the arm one after the other, and each leaves it as it is. A person at the arm turns
-motors and confirms postures. The stage also keeps what the faults excuse, and the announced bounds.
+motors and confirms postures. The stage tells the watch which bounds the driver has announced.
 """
 
 import math
@@ -17,16 +17,12 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import NewLink
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.cia402.settings import Cia402Settings
-from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
-from armdrive.dialects.mks.stops import STOP_POLL_S
+from armdrive.dialects.mks.steering import CATCH_UP_RPM
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog import PostureRequest
-from armdrive.motion.connecting import MEANWHILE
 from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.armdroid import BOARDS as ARMDROIDS
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.cia402.node import Cia402Node
 from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.device import SimDevice, Value, chosen
 from armdrive.sim.grbl.firmware import FIRMWARES
@@ -37,7 +33,6 @@ from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.storage.record import RecordFile
 from armdrive.text.toml import rule_of
-from firmware_protocol.canopen import DriveState
 from firmware_protocol.mks import COUNTS_S_PER_RPM
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
@@ -45,17 +40,10 @@ from tests.conformance.observation import ON_THE_STEP, rests_within
 
 from .clock import CampaignPace, Schedule
 from .disk import Disk
-from .excuses import LostTargets, fastest_hz
-from .physical import Bound, Watch, WatchedWorld
+from .physical import NOTICED_S, Bound, Watch, WatchedWorld
 from .switches import can_home, with_switches
 
 STATE = Path("/state/arm.json")
-FAST_RESTART_S = 0.12
-"""An MKS drive that is back sooner may get an order before the driver asks it where it is
-(docs/controllers/can.md)."""
-RESTART_SHOWN_S = 0.25
-"""How long an MKS drive that has restarted is back before the driver stops it; near zero only the
-replies that never come show that (docs/controllers/can.md)."""
 BOX = Box("post", (-60.0, 300.0, 0.0), (60.0, 360.0, 120.0))
 RADII_MM = (10.0, 10.0, 10.0)
 """An obstacle next to the arm, and the thickness of its links, in half of the missions."""
@@ -129,20 +117,6 @@ def variants_of(name: str) -> int:
     return VARIANTS * len(BOARDS.get(name, ({},)))
 
 
-GREETS = ("grbl",)
-"""Dialects whose boards send a greeting after every restart."""
-LINK_ERRORS = ("E407", "E409", "E502")
-"""The errors of an arm that lost its wire, or whose drives do not reply. Until the arm is reset,
-the driver does not order a drive to hold where its shaft is, so a blocked shaft springs back once
-it is free (docs/controllers/mks.md)."""
-BRAKING = (DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
-POLLED_STATES = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
-
-
-MISSED_STOPS = 2
-"""How many stops in a row a single drive may miss while a line or a bus loses some frames."""
-
-
 class KillableLink(MemoryLink):
     """A wire that can kill the program while it writes, after a part of a message."""
 
@@ -206,35 +180,17 @@ class Stage:
         self.near_steps = near
         """How far from its target a drive may rest, in counts; 0 for steppers."""
         near = max(ON_THE_STEP, near)
-        self.commands_lost_until_s = -math.inf
-        """Until when commands may reach no drive; the driver cannot know that at once."""
-        self.orders_lost_until_s = -math.inf
-        """Until when single orders may not reach their drives."""
-        self.late_orders_until_s = -math.inf
-        """Until when frames of the host may come a period late."""
-        self._pause_promised = False
-        """Whether the last bound was that of a pause."""
-        self._restart_known_by_s = -math.inf
-        """By when a program knows that MKS drives restarted."""
-        self._restarted, self._restarts_fast = 0, False
-        """How many these are, and whether they may obey an order from their new zeros."""
         self.stuck_until_s: dict[int, float] = {}
         """Until when the switch of a motor is stuck; motors count from 0."""
-        self.no_hold_until_s: dict[int, float] = {}
-        """Until when the driver cannot order a drive to hold, by its motor, counted from 0."""
         speeds = self.config.model.joint_speeds_rad_s
         slowest_hz = dialect(name).controller(self.config).usable_rate_hz(0.0)
         # the speed of an MKS drive that catches up is rounded up to whole rpm, and raised
         rounding_up_hz = COUNTS_S_PER_RPM * (1 + CATCH_UP_RPM) if name == "mks" else 0.0
         tip_mm = self._step_mm() * near
         self.watch = Watch(self.world, guarded, tip_mm, speeds, near, slowest_hz, rounding_up_hz)
-        self.watch.lost_targets = LostTargets.of(self.config)
         # a stop may take an axis of a Robko beyond its target
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
-        if isinstance(self.twin.board, DrivesBoard):  # steppers make up for no lost steps
-            self.watch.spring_back.can_hold = self._can_hold
-            self.watch.lost_targets.brakes = self._brakes
-            self.world.closed_loop = True
+        self.world.closed_loop = isinstance(self.twin.board, DrivesBoard)
 
     # -- programs -------------------------------------------------------------------------------
 
@@ -246,7 +202,6 @@ class Stage:
         self.link.reopen().read(self.now_s)  # drop what arrived without a program
         self._open_port()
         self.program_ended()
-        self.watch.excuse_restart(self.now_s)
         self.connecting, began_s = True, self.now_s
         try:
             self.arm = arm = Arm(
@@ -263,7 +218,7 @@ class Stage:
             )
         finally:
             self.connecting = False
-            if self.watch.changed_s >= began_s:  # such a program polls the arm only afterwards
+            if self.watch.doubts.changed_s >= began_s:  # the program polls the arm only afterwards
                 self.watch.note_suspension(began_s, self.now_s - began_s)
         arm.twin = self.twin
         return arm
@@ -328,45 +283,7 @@ class Stage:
     def no_faults(self) -> bool:
         """Whether no fault is active, none waits on the wire, and all have shown."""
         waits = self.link.line.faults.late.next_s < 1e9
-        return not (self.twin.faults.active or waits or self.now_s < self.watch.evidence_by_s)
-
-    @property
-    def receives_greeting(self) -> bool:
-        """Whether a program would receive the greeting of a board that restarts now."""
-        alive = self.arm is not None and not self.pace.dead
-        there = alive and self.arm.parts.core.state is not State.DISCONNECTED
-        return there and self.config.connection.dialect in GREETS
-
-    def _can_hold(self, motor: int, time_s: float) -> bool:
-        """Return whether a program receives the drive's position and can order it to hold."""
-        alive = self.arm is not None and not self.pace.dead
-        there = alive and self.arm.parts.core.state is not State.DISCONNECTED
-        there = there and not self._link_failed
-        return there and time_s >= self.no_hold_until_s.get(motor, -math.inf)
-
-    def _brakes(self) -> bool:
-        """Return whether a CiA 402 drive brakes by its own ramp."""
-        nodes = getattr(self.twin.board, "nodes", ())
-        return any(isinstance(node, Cia402Node) and node.states.state in BRAKING for node in nodes)
-
-    @property
-    def _link_failed(self) -> bool:
-        """Whether the arm lost its wire, or its drives did not reply, and it was not reset since.
-
-        An error that was latched before the loss keeps its code.
-        """
-        assert self.arm is not None
-        error = self.arm.parts.core.error
-        return error.code in LINK_ERRORS or MEANWHILE in error.words
-
-    @property
-    def polls_arm(self) -> bool:
-        """Whether a program polls or moves the arm."""
-        return (
-            self.arm is not None
-            and not self.pace.dead
-            and self.arm.parts.core.state in POLLED_STATES
-        )
+        return not (self.twin.faults.active or waits or self.now_s < self.watch.doubts.evident_s)
 
     @property
     def reads_zero(self) -> bool:
@@ -408,73 +325,37 @@ class Stage:
     def add_bound(
         self, what: str, time_s: float, distance_mm: float, *, is_pause: bool = False
     ) -> None:
-        """Add a bound from now on; that of a silent program while commands are lost or late.
+        """Add a bound from now on.
 
-        While commands are lost, some drives may stop without the others, so the motion is not the
-        planned one. A pause (`is_pause`) finishes what was planned ahead: the driver repeats these
-        orders, and a drive that missed them starts as soon as it gets them. One that missed earlier
-        orders is behind, and catches up.
+        While messages are lost or late, the bound of a silent program holds. On a bus the driver
+        then first has to notice a drive that did not get its orders; a pause (`is_pause`) repeats
+        what was planned ahead until all have got it.
         """
         self.look()
-        self._pause_promised = is_pause or (self._pause_promised and self.watch.must_stop)
-        if self.now_s < self.orders_lost_until_s:
-            distance_mm += self._missed_stop_mm()
-        if self.arm is not None and (self.commands_lost or self.watch.late_s):
+        disturbed_s = self.watch.disturbed_until_s - self.now_s
+        if self.arm is not None and (disturbed_s > 0.0 or self.watch.doubts.late_s):
             core = self.arm.parts.core
             joints = core.position.coordinates.joints
-            bound = core.stops.bound(core.controller, joints, lost=False, slowed=True)
-            time_s = max(time_s, bound.silent_time_s)
-            if self._pause_promised and self.commands_lost:
-                time_s += self.commands_lost_until_s - self.now_s
-            distance_mm = max(distance_mm, bound.silent_distance_mm)
-        if is_pause and self.watch.missed_orders is not None:
-            time_s += self.watch.missed_orders.missed_s(self.now_s)
-        if self.stops_late:
-            time_s, distance_mm = 2.0 * time_s, 4.0 * distance_mm
-        time_s, distance_mm = self._with_restarts(time_s, distance_mm)
-        self.watch.add_bound(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
+            silent = core.stops.bound(core.controller, joints, lost=False, slowed=True)
+            time_s = max(time_s, silent.silent_time_s)
+            distance_mm = max(distance_mm, silent.silent_distance_mm)
+        if disturbed_s > 0.0:
+            time_s += disturbed_s if is_pause else NOTICED_S
+        bound = Bound(what, self.now_s, self.world.tip, time_s, distance_mm, is_pause)
+        self.watch.add_bound(bound)
 
-    @property
-    def stops_late(self) -> bool:
-        """Whether a SYNC may be a period late, so that drives catch up at twice the speed.
+    def disturb(self, for_s: float) -> None:
+        """Note that for a time drives may miss orders, also that to stop, or get them late.
 
-        A stop in that period brakes from twice the speed: it takes twice the time and four times
-        the distance. docs/controllers/can.md states this exception.
+        The driver needs some time to notice. Steppers on one board miss no orders singly.
         """
-        return self.config.connection.dialect == "cia402" and self.now_s < self.late_orders_until_s
-
-    @property
-    def commands_lost(self) -> bool:
-        """Whether the commands of the driver may reach no drive."""
-        return self.now_s < self.commands_lost_until_s
-
-    def _missed_stop_mm(self) -> float:
-        """Return how far the tip goes on if one drive misses the first stop, and the next.
-
-        While it goes on the others brake, so a wrist that only rolls also pitches. A CiA 402 drive
-        that misses the target before the stop stands at once instead, while the others brake.
-        """
-        settings, speed = self.config.device, self.watch.commanded_speed
-        if isinstance(settings, Cia402Settings):
-            missed_s = (
-                MISSED_STOPS * settings.period_ms / 1000.0 + settings.quick_stop_s * speed / 2.0
-            )
-        else:
-            missed_s = MISSED_STOPS * STOP_POLL_S * CATCH_UP
-        return missed_s * speed * self._one_motor_mm_s
-
-    @property
-    def _one_motor_mm_s(self) -> float:
-        """How fast one motor alone moves the tip at most, at the joints' greatest speeds."""
-        model, transmission = self.config.model, self.world.body.transmission
-        levers_mm = model.arm.levers_mm(None)
-        columns = zip(*transmission.inverse[: len(levers_mm)], strict=True)
-        return max(
-            hz * math.fsum(abs(turn) * lever for turn, lever in zip(column, levers_mm, strict=True))
-            for column, hz in zip(
-                columns, fastest_hz(transmission, model.joint_speeds_rad_s), strict=True
-            )
-        )
+        if not self.world.closed_loop:
+            return
+        self.look()
+        self.watch.disturb(self.now_s + for_s + NOTICED_S)
+        if self.watch.bounds:
+            paused = any(each.is_pause for each in self.watch.bounds)
+            self.add_silence_bound("a stop was lost", for_s if paused else 0.0)
 
     def add_stop_bound(self, what: str) -> None:
         """Add the bound that the status announces for a stop now."""
@@ -493,34 +374,6 @@ class Stage:
     def _add_killed_bound(self) -> None:
         self.add_silence_bound("the program was killed")
 
-    def note_drive_restarts(self, motors: Iterable[int], for_s: float) -> None:
-        """Note that MKS drives restart after `for_s`. CiA 402 drives wait to be enabled.
-
-        Without current they leave their paths in this command. Those that are back soon may obey an
-        order from their new zeros, and leave them for good.
-        """
-        if self.config.connection.dialect != "mks":
-            return
-        lost = set(motors)
-        self._restarted, self._restarts_fast = len(lost), for_s < FAST_RESTART_S
-        self._restart_known_by_s = self.now_s + for_s + RESTART_SHOWN_S
-        leave = self.watch.slipped if self._restarts_fast else self.watch.turned_in_command
-        leave |= lost
-        self.watch.loosen_bounds(self._with_restarts)
-
-    def _with_restarts(self, time_s: float, distance_mm: float) -> tuple[float, float]:
-        """Return a bound, loosened if MKS drives have restarted and the driver need not know it.
-
-        The others stop without them, and those that obey an order from their new zeros turn until
-        the driver knows. So the tip may be off by what these drives turn.
-        """
-        if self.now_s >= self._restart_known_by_s:
-            return time_s, distance_mm
-        if self._restarts_fast:
-            time_s += self._restart_known_by_s - self.now_s
-        speed = self._restarted * CATCH_UP * self.watch.commanded_speed
-        return time_s, distance_mm + time_s * speed * self._one_motor_mm_s
-
     def _step_mm(self) -> float:
         """Return how far the tip is off at most if every motor is one step off."""
         levers = self.config.model.arm.levers_mm(None)
@@ -531,9 +384,6 @@ class Stage:
 
 def suspend(stage: Stage, by_s: float) -> None:
     """Suspend the program for `by_s`, as a computer does that sleeps."""
-    if stage.reads_zero and not stage.receives_greeting:
-        # a power failure meanwhile may leave the registers as the program read them last
-        stage.watch.excuse_restart()
     stage.watch.note_suspension(stage.now_s, by_s)
     stage.add_silence_bound("the program stood still", by_s)
     stage.pace.suspend(by_s)

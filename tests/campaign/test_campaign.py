@@ -266,7 +266,7 @@ def test_a_program_that_lets_drives_of_an_earlier_one_home_on_is_found_out(monke
     homing_only(monkeypatch)
     end = phases.end_earlier_motion
     monkeypatch.setattr(contact, "end_earlier_motion", lambda *words: end(*words[:3]))
-    assert "the program was killed: it moved" in found_by_the_campaign("mks", first=3)
+    assert "it moved" in found_by_the_campaign("mks", first=3)
 
 
 def test_a_pause_that_is_ignored_is_found_out(monkeypatch):

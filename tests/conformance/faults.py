@@ -174,7 +174,6 @@ ROWS: tuple[_Row, ...] = (
     (GONE, STANDING, ("mks",), ExpectedError(FAULT, CHECK_DRIVE)),
     (GONE, STANDING, ("cia402",), ExpectedError(OFF, r"drive 2 \(shoulder\) no longer answers")),
     (DRIVE_RESTARTS, MOVING, DRIVES, ExpectedError(FAULT, rf"drive 2 \(shoulder\) .*{RESET}")),
-    (DRIVE_RESTARTS, MOVING, (PROFILE,), ExpectedError(FAULT, CHECK_DRIVE)),
     (DRIVE_RESTARTS, STANDING, DRIVES,
      ExpectedError(RESTARTED, rf"drive 2 \(shoulder\) was {RESET}")),
     (OTHER_MODE, MOVING, ("mks",),
