@@ -13,9 +13,6 @@ from armdrive.cli.program import demo
 from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, blocks_of
 from armdrive.programs.demonstration import JOBS, NEAR_ENOUGH_MM
 
-PACE = "100"
-"""Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
-
 
 def test_as_json_every_line_is_a_document_and_the_last_a_summary(capsys):
     assert main(["demo", "--json"]) == 0
@@ -111,9 +108,17 @@ def test_in_a_terminal_of_any_size_it_is_drawn_and_leaves_the_terminal_as_it_was
     size = {"TERM": "xterm-256color", "LC_ALL": "C.UTF-8", "LINES": rows, "COLUMNS": columns}
     for name, value in size.items():
         monkeypatch.setenv(name, str(value))
+    paces, connect = [], demo.connect_simulated
+
+    def at_once(config, *, twin, pace):  # in real time, a busy computer would miss deadlines
+        paces.append(pace)
+        return connect(config, twin=twin)
+
+    monkeypatch.setattr(demo, "connect_simulated", at_once)
     monkeypatch.setattr(demo, "JOBS", JOBS[:1])
     monkeypatch.setattr(sys, "stdout", Screen())
-    assert main(["demo", "--pace", PACE, *words]) == 0
+    assert main(["demo", "--pace", "3", *words]) == 0
+    assert paces == [3.0]
     shown = sys.stdout.getvalue()
     assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
     picture, _, end = shown.partition(CURSOR_ON)
