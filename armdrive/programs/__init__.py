@@ -10,10 +10,10 @@ What `armdrive run stack.arm` does, step by step:
    moves.
 4. `running.ProgramRun` runs a new machine on the arm itself: it gives each act to the `Performer`
    and the answer back to the machine.
-5. Onlookers of the run: `Journal` writes the state down before each act, `StepGate` waits for
-   Enter, `Display` shows the line.
+5. Before each act, `Journal` writes the state down, --step waits for Enter, and `Display` shows
+   the line.
 
-A rehearsal is the same `ProgramRun` with another performer and another onlooker. A Python script
+A rehearsal is the same `ProgramRun` with another performer. A Python script
 has no machine: its calls of the arm are watched instead, see `scripts`.
 
 Which file decides what:

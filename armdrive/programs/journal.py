@@ -23,7 +23,6 @@ from armdrive.motion.resolve import prepare
 from armdrive.moves import GraspMove, MoveSequence, SingleMove
 from armdrive.programs.acts import (
     Act,
-    Answer,
     Home,
     ProgramMove,
     RunStep,
@@ -80,7 +79,10 @@ class JournalEntry:
 
 
 class Journal:
-    """Writes the journal of one run, as one of its onlookers."""
+    """Writes the journal of one run: `begins` is called before each act.
+
+    After an act nothing is written: until the next one begins, a resumed program repeats it.
+    """
 
     def __init__(
         self, arm: Arm, performer: Performer, program: Path, sha256: str, loops: int
@@ -109,9 +111,6 @@ class Journal:
                 self._performer.outputs,
             )
         )
-
-    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Do nothing: until the next act is written down, a resumed program repeats this one."""
 
     @contextlib.contextmanager
     def explained(self) -> Iterator[None]:

@@ -1,8 +1,8 @@
 """Rehearses a program on the arm's simulated twin: the same acts by the same code.
 
 `rehearse` makes a twin that stands where the arm stands (`rehearsing_arm`), and has a `ProgramRun`
-carry the acts out on it: the `Rehearser` is a performer that makes assumptions, and the
-`_RehearsalWatch` an onlooker that notes how long each act takes and ends what would never end.
+carry the acts out on it: the `Rehearser` is a performer that makes assumptions, and a
+`_RehearsalWatch` notes how long each act takes and ends what would never end.
 
 The twin cannot know the inputs, the width of an object to be grasped, or an unknown position. It
 assumes them, and lists its assumptions. A refusal is part of the result.
@@ -564,7 +564,9 @@ def rehearse(
         # a program that is resumed may begin in a later loop
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
-        run = ProgramRun(replace(plan, loops=loops), rehearser, [watch])
+        run = ProgramRun(
+            replace(plan, loops=loops), rehearser, before=[watch.begins], after=[watch.ended]
+        )
         refusal: Exception | None = None
         whole, endless = True, None
         try:

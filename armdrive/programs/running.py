@@ -1,7 +1,7 @@
 """Carries out the acts of a program on an arm, using only the arm's public calls.
 
-`ProgramRun` takes acts from a machine and tells onlookers of each; a `Performer` carries an act
-out; `Waits` ends every wait at a stop, and lengthens it by a pause.
+`ProgramRun` takes acts from a machine, and calls others before and after each; a `Performer`
+carries an act out; `Waits` ends every wait at a stop, and lengthens it by a pause.
 
 A stop ends the program at any moment, also between two acts. An interrupted act has no answer, so a
 resumed program repeats it. A suspension of this process or its computer also ends the program,
@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol, cast
+from typing import Any, Protocol, TypeAlias, cast
 
 from armdrive.arm import Arm
 from armdrive.arm.device import input_bits, output_bits
@@ -250,7 +250,7 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
     return Joints.of(*(angles_deg[name] for name in names), names=names)
 
 
-# The run of a program: its machine gives acts, a performer carries them out, onlookers watch.
+# The run of a program: its machine gives acts, and a performer carries them out.
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,25 +277,28 @@ class RunPlan:
         return self.machine or self.source
 
 
-class Onlooker(Protocol):
-    """Is called before and after every act of a run."""
+BeforeAct: TypeAlias = Callable[[RunStep, Machine], object]
+"""Is called before every act of a run; an exception prevents the act and ends the run."""
 
-    def begins(self, step: RunStep, machine: Machine) -> None:
-        """Notice that an act is about to begin. An exception prevents it and ends the run."""
-
-    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Notice that an act has ended well, and how long it took on the arm's clock."""
+AfterAct: TypeAlias = Callable[[RunStep, Answer, float], object]
+"""Is called after every act that has ended well, with how long it took on the arm's clock."""
 
 
 class ProgramRun:
     """One run of a program. If it fails, `at` is the step that failed."""
 
     def __init__(
-        self, plan: RunPlan, performer: Performer, onlookers: Sequence[Onlooker] = ()
+        self,
+        plan: RunPlan,
+        performer: Performer,
+        *,
+        before: Sequence[BeforeAct] = (),
+        after: Sequence[AfterAct] = (),
     ) -> None:
         self._plan = plan
         self._performer = performer
-        self._onlookers = onlookers
+        self._before = before
+        self._after = after
         self.loop = plan.loop
         self.done = 0
         self.at: RunStep | None = None
@@ -323,7 +326,7 @@ class ProgramRun:
         left, self._left = self._left, None
         move = None
         if isinstance(act, Go):
-            # resolved before onlookers see it: the journal needs goals that stay what they are
+            # resolved before others see it: the journal needs goals that stay what they are
             move = left or performer.resolved(act)
             act = act if move is None else replace(act, move=move)
         step = self.at = RunStep(
@@ -336,13 +339,14 @@ class ProgramRun:
             act,
             move,
         )
-        for onlooker in self._onlookers:
-            onlooker.begins(step, machine)
+        for notice in self._before:
+            notice(step, machine)
         now_s = performer.arm.parts.pace.now_s
         began_s = now_s()
         # without an answer the act is repeated by a resumed program, so it is given only now
         answer = performer.perform(act)
         machine.answer(answer)
         self.done += 1
-        for onlooker in self._onlookers:
-            onlooker.ended(step, answer, now_s() - began_s)
+        took_s = now_s() - began_s
+        for learn in self._after:
+            learn(step, answer, took_s)

@@ -37,7 +37,14 @@ from armdrive.programs.program import (
     read_program,
     read_program_file,
 )
-from armdrive.programs.running import Onlooker, Performer, ProgramRun, RunPerson, RunPlan
+from armdrive.programs.running import (
+    AfterAct,
+    BeforeAct,
+    Performer,
+    ProgramRun,
+    RunPerson,
+    RunPlan,
+)
 from armdrive.programs.session import PromptEntry, Session
 from armdrive.registry import dialect
 from armdrive.sim.world import World
@@ -120,13 +127,16 @@ class Shell:
         entry: PromptEntry,
         machine: Machine,
         person: RunPerson,
-        onlookers: Sequence[Onlooker],
+        *,
+        before: Sequence[BeforeAct] = (),
+        after: Sequence[AfterAct] = (),
     ) -> None:
         """Carry out an entry, and learn the names that it sets, even if it is interrupted."""
         self.at = None
         self._forget_stops()
         performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
-        run = ProgramRun(RunPlan(lambda: machine, goes_on=True), performer, onlookers)
+        plan = RunPlan(lambda: machine, goes_on=True)
+        run = ProgramRun(plan, performer, before=before, after=after)
         done = False
         try:
             run.carry_out()

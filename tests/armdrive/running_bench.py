@@ -213,7 +213,8 @@ def begin(arm, source, path, *onlookers, resume=False, sha256="0" * 64):
     performer = Performer(arm, Listener(), outputs=outputs)
     journal = Journal(arm, performer, path, sha256, 1)
     plan = RunPlan(source.machine, machine=first and (lambda: first))
-    run = ProgramRun(plan, performer, [journal, *onlookers])
+    before = [journal.begins, *(each.begins for each in onlookers)]
+    run = ProgramRun(plan, performer, before=before, after=[each.ended for each in onlookers])
     run.carry_out()
     journal.finish()
     return first, run.done

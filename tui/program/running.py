@@ -19,7 +19,7 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmError, BadRequest, LinkLost, Stopped
 from armdrive.errors.printable import reason_of
-from armdrive.programs.acts import Answer, RunStep
+from armdrive.programs.acts import RunStep
 from armdrive.programs.journal import Journal
 from armdrive.programs.language import ENDING
 from armdrive.programs.problems import ProgramError, lines_of, mark_of
@@ -300,7 +300,7 @@ class DeskRun:
             plan = plan_of(program, self._desk)
             self._performer = Performer(arm, self, since=stops)
             journal = Journal(arm, self._performer, path.resolve(), program.digest, plan.loops)
-            run = ProgramRun(plan, self._performer, [journal, self])
+            run = ProgramRun(plan, self._performer, before=[journal.begins, self._begins])
             try:
                 with journal.explained():
                     run.carry_out()
@@ -328,7 +328,7 @@ class DeskRun:
         where = "" if self.failed_in is None else f" in line {self.failed_in}"
         return f"the program ended early{where}" if self.failed else "the program is done"
 
-    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+    def _begins(self, step: RunStep, _: Machine) -> None:
         """Note the act that begins; begin none once the screen was left."""
         self.view.at(step)
         if step.moves and self.stepping and self._performer is not None:
@@ -337,9 +337,6 @@ class DeskRun:
                 f"next, {line_words(step.mark.line, self.view.line_at(step.mark))}"
             )
         self._take(step)
-
-    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Do nothing: the next act is shown when it begins."""
 
     def _take(self, step: RunStep | None) -> None:
         """Note the act under way, then look whether the run was halted; `disarm` does the reverse.

@@ -46,7 +46,6 @@ from kinematics.errors import KinematicsError
 from kinematics.text import counted, mm_text
 
 if TYPE_CHECKING:
-    from armdrive.programs.program import Machine
     from armdrive.programs.rehearsal import RehearsedSoFar
 
 CLEAR_LINE = "\r\x1b[K"
@@ -162,7 +161,7 @@ class Display:
 
     # -- what happens -------------------------------------------------------------------------
 
-    def begins(self, step: RunStep, machine: Machine | None = None) -> None:  # noqa: ARG002
+    def begins(self, step: RunStep, _: object = None) -> None:
         """Show a step, on a line of its own if it moves the arm or waits."""
         with self._lock:
             self.run.at(step)

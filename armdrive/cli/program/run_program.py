@@ -19,7 +19,7 @@ from armdrive.cli.program.run_output import Display, RunOutput, script_words
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.printable import command_line
-from armdrive.programs.acts import Answer, RunStep
+from armdrive.programs.acts import RunStep
 from armdrive.programs.journal import Journal, resumed_plan
 from armdrive.programs.problems import SourceLines, mark_of
 from armdrive.programs.program import ArmProgram, Machine, Program, read_program_file
@@ -67,23 +67,6 @@ def _plan(source: ArmProgram, arm: Arm | None, options: argparse.Namespace) -> R
         how, move = resume_command(options), move_command(options)
         plan = resumed_plan(plan, source, options.program, arm, how=how, move=move)
     return plan if options.loops is None else replace(plan, loops=options.loops)
-
-
-class StepGate:
-    """Waits for the person before each motion; a stop meanwhile ends the run."""
-
-    def __init__(self, performer: Performer, display: Display) -> None:
-        self._performer = performer
-        self._display = display
-
-    def begins(self, step: RunStep, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
-        """Wait before a motion."""
-        if step.moves:
-            line = self._display.run.line_at(step.mark) or step.name
-            self._performer.hold(line_words(step.mark.line, line))
-
-    def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
-        """Do nothing: the next motion is waited for when it begins."""
 
 
 class _RunningProgram:
@@ -140,8 +123,14 @@ class _RunningProgram:
     def _carry_out(self, plan: RunPlan, performer: Performer, display: Display) -> int:
         path, digest = self._options.program.resolve(), self._program.digest
         journal = Journal(self._arm, performer, path, digest, plan.loops)
-        gate = [StepGate(performer, display)] if self._options.step else []
-        run = ProgramRun(plan, performer, [journal, *gate, display])
+
+        def wait(step: RunStep, _: Machine) -> None:
+            if self._options.step and step.moves:
+                line = display.run.line_at(step.mark) or step.name
+                performer.hold(line_words(step.mark.line, line))
+
+        before = [journal.begins, wait, display.begins]
+        run = ProgramRun(plan, performer, before=before, after=[display.ended])
         try:
             with journal.explained():
                 run.carry_out()

@@ -208,7 +208,11 @@ class ShellTerminal:
         with shown.shown(), self._stopped(ends=not shell.typing):
             shown.run.use(shell.arm)
             try:
-                shell.carry_out(entry, machine, person, [] if entry.says else [shown])
+                if entry.says:
+                    shell.carry_out(entry, machine, person)
+                else:
+                    before, after = [shown.begins], [shown.ended]
+                    shell.carry_out(entry, machine, person, before=before, after=after)
             except BaseException as error:
                 self._failed(entry, error, shown)
                 raise

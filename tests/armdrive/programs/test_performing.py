@@ -173,7 +173,7 @@ def test_a_stop_in_an_act_ends_it(arm, does, name):
 
 def test_a_stop_between_two_acts_ends_the_program_too(arm):
     script = Script(PICK_AND_PLACE)
-    run = ProgramRun(RunPlan(script), performer(arm), [At(4, lambda _: arm.stop())])
+    run = ProgramRun(RunPlan(script), performer(arm), before=[At(4, lambda _: arm.stop()).begins])
     with pytest.raises(Stopped):
         run.carry_out()
     assert run.done == 3
@@ -232,7 +232,7 @@ def test_a_program_runs_the_requested_number_of_loops(arm):
     assert len(script.made) == 3
 
     plan, ender = RunPlan(script, loops=FOR_EVER), At(99, lambda _: arm.request_stop())
-    run = ProgramRun(plan, performer(arm), [ender])
+    run = ProgramRun(plan, performer(arm), before=[ender.begins])
     with pytest.raises(Stopped):
         run.carry_out()
     assert run.loop == 50

@@ -215,8 +215,9 @@ def test_why_it_ended_is_written_down(arm, path):
     journal.note_failure(Stopped("before anything began"))
     assert not journal.path.exists()
     script = Script(PICK_AND_PLACE)
+    run = ProgramRun(RunPlan(script), performer, before=[journal.begins, At(2).begins])
     with pytest.raises(Killed):
-        ProgramRun(RunPlan(script), performer, [journal, At(2)]).carry_out()
+        run.carry_out()
     journal.note_failure(Stopped("the program was stopped"))
     entry = interrupted(arm.config.name)
     assert entry.why == "the program was stopped"

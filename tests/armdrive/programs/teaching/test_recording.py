@@ -188,15 +188,11 @@ def test_a_recorded_program_repeats_the_motion():
         arm.points.put_all(recorder.points)
         tips = []
 
-        class Watcher:
-            def begins(self, step, machine):
-                """Nothing is there to see yet."""
-
-            def ended(self, step, answer, took_s):
-                if step.name == "Fingers":
-                    tips.append((arm.twin.world.tip, arm.twin.world.motors))
+        def ended(step, answer, took_s):
+            if step.name == "Fingers":
+                tips.append((arm.twin.world.tip, arm.twin.world.motors))
 
         source = ArmProgram(read_program(recorder.text), arm.config)
         plan = RunPlan(source.machine)
-        ProgramRun(plan, Performer(arm, UnattendedPerson()), [Watcher()]).carry_out()
+        ProgramRun(plan, Performer(arm, UnattendedPerson()), after=[ended]).carry_out()
         assert tips == recorded_tips
