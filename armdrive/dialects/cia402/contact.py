@@ -243,14 +243,21 @@ class Cia402Contact:
     def _end_earlier_motion(self) -> Script[None]:
         """Wait until all drives stand, and stop those that do not."""
         both = self.transfers.of_each(canopen.POSITION, canopen.STATUSWORD)
-        before = yield from self.transfers.obtain(both)
+        yield from self.transfers.obtain(both)
 
         def turning() -> Script[list[Cia402Drive]]:
-            """Return the drives that have turned since the last look: one look shows nothing."""
-            nonlocal before
+            """Return the drives that have turned since the last look, and hold their motors.
+
+            A sagging arm is found later.
+            """
+            before = {drive: drive.shaft.count for drive in self.io.drives}
             yield from self.io.wait(self.io.now_s + STILL_S)
-            last, before = before, (yield from self.transfers.obtain(both))
-            return [each.drive for node, each in before.items() if _turns(each, last[node])]
+            yield from self.transfers.obtain(both)
+            return [
+                drive
+                for drive, count in before.items()
+                if drive.holds and abs(drive.shaft.count - count) > drive.shaft.bounds.tremble
+            ]
 
         yield from end_earlier_motion(self.io, turning, self._quick_stop)
 
@@ -413,10 +420,3 @@ class Cia402Contact:
         self.io.last_command = "SDO 1016"
         yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
         yield from self.transfers.verify((write,), "without which it would not stop")
-
-
-def _turns(now: SdoResult, before: SdoResult) -> bool:
-    """Return whether a drive holds its motor and turns; a sagging arm is found later."""
-    state = canopen.Statusword(now.values.get(canopen.STATUSWORD, 0) & 0xFFFF).state
-    way = now.values.get(canopen.POSITION, 0) - before.values.get(canopen.POSITION, 0)
-    return state is not None and state.holds and abs(way) > now.drive.shaft.bounds.tremble

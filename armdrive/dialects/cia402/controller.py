@@ -182,7 +182,10 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             begun_s + ramp_s / 2.0,
             silent_s + ramp_s,
             silent_s + ramp_s / 2.0,
-            begun_s + ramp_s + confirm_cycles * self.limits.cycle_s,
+            begun_s
+            + ramp_s
+            + confirm_cycles * self.limits.cycle_s
+            + self.limits.ramp_end_s(self.settings.bounds.tremble),
         )
 
     def search(self, request: HomeDevice) -> Search:

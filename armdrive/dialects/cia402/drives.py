@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import off_target_words, shared_words
 from armdrive.dialects.bus.observer import ObservedDrive
@@ -21,6 +21,7 @@ from armdrive.dialects.exchange import ScriptIO
 from armdrive.tasks import Alert, AlertKind, ProtocolWarning, Registers
 from firmware_protocol import canopen
 from firmware_protocol.canopen.sdo import Upload
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
 from kinematics.text import counted
@@ -66,6 +67,9 @@ class HeartbeatProducer:
         return self._data
 
 
+EXACT_REACH, EXACT = 1, 4
+"""A drive this close to its target, in increments, has received that target: the reading counts for
+that many."""
 FAULTS = (canopen.DriveState.FAULT, canopen.DriveState.FAULT_REACTION)
 
 
@@ -87,6 +91,14 @@ class Cia402Drive:
     """When its last frame came, in listened time."""
     missed: int = 0
     """How many SYNCs were sent since its last report."""
+    near: int = 0
+    """How many readings in a row found it near its last target; one that is exact counts more."""
+    off_s: float = math.inf
+    """Since when its readings find it off its target; infinity while they find it near."""
+    set_point: int = 0
+    """The target of its last set-point, in profile position mode."""
+    handshake: canopen.SetPointHost = field(default_factory=canopen.SetPointHost)
+    """How far that set-point has been handed over."""
     speed_unit_hz: float = 0.0
     """Its unit of speed, in increments/s; 0 if neither it nor the arm file states it."""
     ramp_unit_hz_s: float = 0.0
@@ -142,18 +154,46 @@ class Cia402Drive:
         self.word, self.state = word, None if word is None else word.state
         if self.state is not canopen.DriveState.ENABLED:
             self.last_fall = self.state
+        if word is not None:
+            self.handshake.receive(word)
 
     def note(self, report: canopen.DriveReport, now_s: float) -> None:
         """Record its report."""
         self.network = canopen.NodeState.OPERATIONAL  # no other state sends PDOs
         self.missed_heartbeat = False
-        self.see(report, now_s)
-
-    def see(self, report: canopen.DriveReport, now_s: float) -> None:
-        """Record its state and position, however it told them."""
+        self.mode = report.mode
         self.show(report.word)
-        self.mode, self.missed = report.mode, 0
-        self.shaft.read(report.position, now_s)
+        self.locate(report.position, now_s)
+
+    def note_object(self, object_: canopen.Uploaded, now_s: float) -> None:
+        """Record an object that was read, if it shows the drive's state or position."""
+        value = value_of(object_)
+        if object_.place == canopen.STATUSWORD:
+            self.show(canopen.Statusword(value & 0xFFFF))
+        elif object_.place == canopen.POSITION:
+            self.locate(value, now_s)
+
+    def locate(self, count: int, now_s: float) -> None:
+        """Record its position."""
+        self.missed = 0
+        self.shaft.read(count, now_s)
+        if not self.shaft.is_near:
+            self.near, self.off_s = 0, min(self.off_s, now_s)
+            return
+        exact = abs(count - self.shaft.goal) <= EXACT_REACH
+        self.near, self.off_s = self.near + (EXACT if exact else 1), math.inf
+
+    def order(self, goal: int, speed_hz: float, slope_hz_s: float, now_s: float) -> None:
+        """Record an order."""
+        if goal != self.shaft.goal:
+            self.near = 0
+        self.shaft.order(goal, speed_hz, slope_hz_s, now_s)
+
+    def offer(self, set_point: int) -> None:
+        """Begin to hand it a set-point, in profile position mode."""
+        self.set_point, self.handshake = set_point, canopen.SetPointHost()
+        if self.word is not None:
+            self.handshake.receive(self.word)
 
     def note_error(self, event: canopen.Emergency) -> str:
         """Record the error that it reports, or that it is over; return the report in words."""
@@ -224,6 +264,16 @@ def off_target_alert(drive: Cia402Drive) -> Alert:
     """Return that a drive is not at its target."""
     words = off_target_words(drive, drive.shaft.count, drive.shaft.goal, "increments")
     return Alert(AlertKind.OFF_PATH, words)
+
+
+def value_of(object_: canopen.Uploaded) -> int:
+    """Decode a whole number by the type of its object, or by its length if that does not fit."""
+    entry = canopen.STANDARD.find(object_.place)
+    kind = entry.type if entry is not None else canopen.DataType.U32
+    try:
+        return int(kind.unpack(object_.data, exact=object_.exact))
+    except RemoteProtocolError:
+        return int.from_bytes(object_.data, "little")
 
 
 class SdoInbox:
@@ -319,6 +369,8 @@ class DriveGroup:
                 self._warn(f"node {node} sent an invalid answer, {frame}: {reason}")
             case canopen.SdoAnswered(node, answer):
                 self.inbox.take(node, answer)
+                if drive is not None and isinstance(answer, canopen.Uploaded):
+                    drive.note_object(answer, now_s)
             case canopen.UnreadableFrame(frame, reason):
                 self._warn(f"frame {frame}: {reason}")
             case canopen.Overrun(count):

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import zip_longest
 from types import MappingProxyType
 from typing import TypeAlias, TypeVar
 
@@ -22,6 +23,7 @@ from armdrive.dialects.cia402.drives import (
     Cia402Drive,
     DriveGroup,
     HeartbeatProducer,
+    value_of,
 )
 from armdrive.dialects.cia402.objects import object_words, value_words
 from armdrive.dialects.cia402.settings import Cia402Settings, DriveLimits
@@ -35,7 +37,6 @@ from firmware_protocol.canopen import (
     HostEvent,
     OperationMode,
 )
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import in_words
 from firmware_protocol.frames import pack
 
@@ -110,6 +111,11 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         """Send a drive a controlword, a mode and a target, by default its last position."""
         target = drive.shaft.count if target is None else target
         self.write(self.bus.command(drive.node, word, mode, target))
+
+    def send_point(self, drive: Cia402Drive) -> None:
+        """Send a drive its set-point and the next word of its handshake."""
+        word = drive.handshake.controlword
+        self.command(drive, word, OperationMode.PROFILE_POSITION, drive.set_point)
 
     def send_nmt(self, command: canopen.NmtCommand, drives: Collection[Cia402Drive]) -> None:
         """Send drives a network management order."""
@@ -189,39 +195,6 @@ class Cia402Exchange(ScriptIO[HostEvent]):
                 self.group.lose(drive)
         silence = self.silence(self.began_s)
         return absence(tuple(drives), self.drives, "node number", silence)
-
-
-class SetPointHandshakes:
-    """The set-points of drives in profile position mode, and the handshake of each."""
-
-    def __init__(self, goals: Mapping[Cia402Drive, int]) -> None:
-        self.goals = goals
-        self._hosts = {drive: canopen.SetPointHost() for drive in goals}
-
-    def send(self, io: Cia402Exchange, drive: Cia402Drive) -> None:
-        """Send a drive its set-point and the next word of its handshake."""
-        word = self._hosts[drive].controlword
-        io.command(drive, word, OperationMode.PROFILE_POSITION, self.goals[drive])
-
-    def arrived(self) -> set[Cia402Drive]:
-        """Take in the last statuswords; return the drives that report their arrival."""
-        return {
-            drive
-            for drive, host in self._hosts.items()
-            if drive.word is not None and drive.has_just_reported and host.receive(drive.word)
-        }
-
-    def not_ready(self) -> tuple[Cia402Drive, ...]:
-        """Take in the last statuswords; return the drives that cannot take a set-point yet."""
-        return self._except_in(canopen.SetPointPhase.ASKING)
-
-    def not_taken(self) -> tuple[Cia402Drive, ...]:
-        """Take in the last statuswords; return the drives that have not taken their set-point."""
-        return self._except_in(canopen.SetPointPhase.UNDER_WAY, canopen.SetPointPhase.FREE)
-
-    def _except_in(self, *phases: canopen.SetPointPhase) -> tuple[Cia402Drive, ...]:
-        self.arrived()
-        return tuple(drive for drive, host in self._hosts.items() if host.phase not in phases)
 
 
 # Transitions between the states of drives: on, off, out of a fault, back from a quick stop.
@@ -315,12 +288,22 @@ class DriveStates:
         """
         if self.io.group.is_cyclic:
             return
-        points = SetPointHandshakes({drive: drive.shaft.count for drive in drives})
-        yield from self._repeat(points.not_taken, lambda drive, _: points.send(self.io, drive))
+        for drive in drives:
+            drive.offer(drive.shaft.count)
+        yield from self._repeat(
+            lambda: tuple(each for each in drives if not each.handshake.taken),
+            lambda drive, _: self.io.send_point(drive),
+        )
 
-    def ready(self, points: SetPointHandshakes) -> Script[None]:
-        """Wait until every drive is ready for its set-point."""
-        left = yield from self._repeat(points.not_ready, lambda _drive, _cycle: None)
+    def offer(self, goals: Mapping[Cia402Drive, int]) -> Script[None]:
+        """Begin to hand drives their set-points, and wait until each is ready for its own."""
+        for drive, goal in goals.items():
+            drive.offer(goal)
+        asking = canopen.SetPointPhase.ASKING
+        left = yield from self._repeat(
+            lambda: tuple(each for each in goals if each.handshake.phase is not asking),
+            lambda _drive, _cycle: None,
+        )
         for drive in left:
             raise Obstructed(f"{drive} does not accept a set-point: call `reset()`")
 
@@ -330,7 +313,7 @@ class DriveStates:
         return self.io.group.resting_mode if mode is None else mode
 
 
-# Reading and writing objects: several drives at once, one object after the other in each.
+# Reading and writing objects: one object of every drive at once, then the next one.
 #
 # A request without an answer is sent again: frames can be lost, and repeating them does no harm. A
 # late answer to an earlier try is as good as one to the last.
@@ -353,8 +336,8 @@ class SdoResult:
     """The result of the transfers with one drive.
 
     `values` were read; `refused` are refused objects, with the reason in words, and `lacking` those
-    of them that it does not have or that are constants. A drive is `mute` if it did not answer; the
-    rest of its transfers is skipped.
+    of them that it does not have or that are constants. A drive is `mute` if it did not answer.
+    `over` is whether the rest of its transfers is skipped.
     """
 
     drive: Cia402Drive
@@ -362,31 +345,26 @@ class SdoResult:
     refused: dict[canopen.Place, str] = field(default_factory=dict)
     lacking: set[canopen.Place] = field(default_factory=set)
     mute: bool = False
+    over: bool = False
+
+    def take(self, job: Job, answer: canopen.SdoEvent | None) -> None:
+        """Record the answer to a job, None if none came."""
+        match answer:
+            case None:
+                self.mute = self.over = True
+            case canopen.Uploaded(place):
+                self.values[place] = value_of(answer)
+            case canopen.Aborted(place, code):
+                what = object_words(place)
+                if isinstance(job, canopen.Write):
+                    what = f"{what} ({value_words(place, job.value)})"
+                words = f"{what}: {canopen.abort_words(code)}"
+                self.refused[place] = f"{self.drive} refused object {words}"
+                if code in ABSENT:
+                    self.lacking.add(place)
 
 
 Results: TypeAlias = Mapping[int, SdoResult]
-SdoExchange: TypeAlias = Generator[float, canopen.SdoEvent | None, T]
-"""Transfers with one drive: yields the deadline of each answer, and is sent it, or None."""
-
-
-class SdoQueue:
-    """One drive's transfers, one after the other. Each waits for its answer until `due_s`."""
-
-    def __init__(self, io: Cia402Exchange, node: int, transfers: SdoExchange[None]) -> None:
-        self._io, self._node, self._transfers = io, node, transfers
-        io.write(io.bus.abandon(node))
-        io.group.inbox.answers.pop(node, None)
-        self.due_s = next(transfers, math.inf)
-        """The deadline of the present transfer; infinity once all are over."""
-
-    def step(self) -> None:
-        """Go on if the answer has come, or the deadline has passed."""
-        answer = self._io.group.inbox.answers.pop(self._node, None)
-        if answer is not None or self._io.now_s >= self.due_s:
-            try:
-                self.due_s = self._transfers.send(answer)
-            except StopIteration:
-                self.due_s = math.inf
 
 
 @dataclass(slots=True, eq=False)
@@ -407,98 +385,66 @@ class ObjectTransfers:
         lenient: bool = False,
         given_up: Callable[[], bool] = never,
     ) -> Script[Results]:
-        """Carry out the jobs of all drives at the same time, until they are done or `given_up`.
+        """Carry out the jobs of all drives side by side, until they are done or `given_up`.
 
         Jobs build on the writes before them, so the rest is skipped after a refused write, unless
         `lenient`.
         """
         results = {node: SdoResult(self.io.group.by_node[node]) for node in jobs}
-        queues = {
-            node: SdoQueue(self.io, node, self._all(results[node], each, tries, lenient=lenient))
-            for node, each in jobs.items()
-        }
-
-        def is_over() -> bool:
-            return given_up() or self.io.group.inbox.has_answer(waiting)
-
-        while waiting := {n: each for n, each in queues.items() if math.isfinite(each.due_s)}:
-            yield from self.io.wait(min(each.due_s for each in waiting.values()), is_over)
+        for row in zip_longest(*jobs.values()):
+            asked = {
+                node: job
+                for node, job in zip(jobs, row, strict=True)
+                if job is not None and not results[node].over
+            }
+            answers = yield from self._ask_all(asked, tries, given_up)
             if given_up():
                 break
-            for queue in waiting.values():
-                queue.step()
+            refused = {
+                node: job
+                for node, job in asked.items()
+                if isinstance(job, canopen.Write) and isinstance(answers[node], canopen.Aborted)
+            }
+            places = {node: write.place for node, write in refused.items()}
+            present = yield from self._ask_all(places, tries, given_up)
+            for node, job in asked.items():
+                if node in refused and _suits(refused[node], present[node]):
+                    continue
+                results[node].take(job, answers[node])
+                results[node].over |= node in refused and not lenient
         return results
 
-    def stopping(self, drive: Cia402Drive) -> SdoQueue:
-        """Return a queue that stops a drive and reads its state and position, until it is left.
+    def _ask_all(
+        self, jobs: Mapping[int, Job], tries: int, given_up: Callable[[], bool]
+    ) -> Script[dict[int, canopen.SdoEvent | None]]:
+        """Transfer one object of each drive; return the answers, None if there is none."""
+        inbox = self.io.group.inbox.answers
+        left = set(jobs)
 
-        What gets no answer in time is followed by the next one: the round comes back to it.
-        """
-        return SdoQueue(self.io, drive.node, self._stop_and_look(drive))
+        def is_over() -> bool:
+            return given_up() or left <= inbox.keys()
 
-    def _stop_and_look(self, drive: Cia402Drive) -> SdoExchange[None]:
-        while True:
-            result = SdoResult(drive)
-            for job in (STOP_WRITE, canopen.STATUSWORD, canopen.POSITION):
-                yield from self._all(result, (job,), 1, lenient=True)
-            word = result.values.get(canopen.STATUSWORD)
-            position = result.values.get(canopen.POSITION)
-            if word is not None and position is not None:
-                report = canopen.DriveReport(
-                    drive.node, canopen.Statusword(word), drive.mode, position
-                )
-                drive.see(report, self.io.now_s)
-
-    def _all(
-        self, result: SdoResult, jobs: Sequence[Job], tries: int, *, lenient: bool
-    ) -> SdoExchange[None]:
-        """Carry out one drive's jobs in order."""
-        node = result.drive.node
-        for job in jobs:
-            answer = yield from self._ask(node, job, tries)
-            match answer:
-                case None:
-                    result.mute = True
-                    return
-                case canopen.Uploaded(place, data, exact):
-                    result.values[place] = value_of(place, data, exact=exact)
-                case canopen.Aborted(place, code):
-                    what = object_words(place)
-                    if isinstance(job, canopen.Write):
-                        if (yield from self._holds(node, job, tries)):
-                            continue
-                        what = f"{what} ({value_words(place, job.value)})"
-                    words = f"{what}: {canopen.abort_words(code)}"
-                    result.refused[place] = f"{result.drive} refused object {words}"
-                    if code in ABSENT:
-                        result.lacking.add(place)
-                    if isinstance(job, canopen.Write) and not lenient:
-                        return
-
-    def _ask(self, node: int, job: Job, tries: int) -> SdoExchange[canopen.SdoEvent | None]:
-        """Ask a drive to read or write an object; return its answer, None if there is none."""
-        for tried in range(1, tries + 1):
-            if isinstance(job, canopen.Write):
-                self.io.write(self.io.bus.download(node, job.place, job.data))
-            else:
-                self.io.write(self.io.bus.upload(node, job))
-            answer = yield self.io.answered_s(last=tried > 1 and tried == tries)
-            if answer is not None:
-                return answer
+        for node in jobs:
             self.io.write(self.io.bus.abandon(node))
-        return None
+            inbox.pop(node, None)
+        for tried in range(1, tries + 1):
+            for node in jobs:
+                if node in left:
+                    self.ask(node, jobs[node])
+            until_s = self.io.answered_s(last=tried > 1 and tried == tries)
+            yield from self.io.wait(until_s, is_over)
+            left -= inbox.keys()
+            if not left or given_up():
+                break
+        return {node: inbox.pop(node, None) for node in jobs}
 
-    def _holds(self, node: int, write: canopen.Write, tries: int) -> SdoExchange[bool]:
-        """Return whether an object that cannot be written has a suitable value already.
-
-        Drives have constants where CiA 301 and 402 allow writing: 1400:02 is 255 in Trinamic's
-        TMCM-1276, 60C2:02 is -3 in Yiyou's EuServo (their EDS files).
-        """
-        answer = yield from self._ask(node, write.place, tries)
-        if not isinstance(answer, canopen.Uploaded):
-            return False
-        value = value_of(answer.place, answer.data, exact=answer.exact)
-        return value in (write.value, *write.equals)
+    def ask(self, node: int, job: Job) -> None:
+        """Send a drive a request, which replaces an unanswered one."""
+        self.io.write(self.io.bus.abandon(node))
+        if isinstance(job, canopen.Write):
+            self.io.write(self.io.bus.download(node, job.place, job.data))
+        else:
+            self.io.write(self.io.bus.upload(node, job))
 
     def obtain(self, jobs: Jobs, *, lenient: bool = False) -> Script[Results]:
         """Transfer as above. Raises `Obstructed` if a drive does not answer."""
@@ -560,11 +506,11 @@ class ObjectTransfers:
         self.io.bus.silence()
 
 
-def value_of(place: canopen.Place, data: bytes, *, exact: bool = True) -> int:
-    """Decode a whole number by the type of its object, or by its length if that does not fit."""
-    entry = canopen.STANDARD.find(place)
-    kind = entry.type if entry is not None else canopen.DataType.U32
-    try:
-        return int(kind.unpack(data, exact=exact))
-    except RemoteProtocolError:
-        return int.from_bytes(data, "little")
+def _suits(write: canopen.Write, present: canopen.SdoEvent | None) -> bool:
+    """Return whether an object that cannot be written has a suitable value already.
+
+    Drives have constants where CiA 301 and 402 allow writing: 1400:02 is 255 in Trinamic's
+    TMCM-1276, 60C2:02 is -3 in Yiyou's EuServo (their EDS files).
+    """
+    equals = (write.value, *write.equals)
+    return isinstance(present, canopen.Uploaded) and value_of(present) in equals

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import cycle
 
 from armdrive.dialects.bus.drives import LATE_OUTAGES, SLOW_BUS, not_heard_words
 from armdrive.dialects.bus.intervals import DriveFinding
@@ -31,9 +32,10 @@ from armdrive.dialects.cia402.drives import Cia402Drive, off_target_alert
 from armdrive.dialects.cia402.exchange import (
     ENABLE,
     STOP,
+    STOP_WRITE,
     Cia402Exchange,
+    Job,
     Script,
-    SdoQueue,
 )
 from armdrive.dialects.controller import FRESH_POSITION_S
 from armdrive.dialects.exchange import Obstructed
@@ -47,37 +49,22 @@ from armdrive.tasks import (
     Timeout,
     never,
 )
-from firmware_protocol.canopen import (
-    STATUSWORD,
-    DriveState,
-    OperationMode,
-    Statusword,
-)
+from firmware_protocol.canopen import POSITION, STATUSWORD, DriveState, OperationMode
 
-SILENT_CYCLES = 5
-"""If no drive has replied for this many cycles, none may receive its targets either. A busy
-computer is late by less: SYNC every 10 ms came 58 ms late at worst
-(docs/background/measurements.md)."""
 SETTLE_S = 0.6
 """How long a drive may take to its last target. Its following error is gone within
 `following_ms`, 50 ms by default; the rest is for drives that settle slowly (a guess)."""
-EXACT_REACH = 1
-"""A drive this close to its target, in increments, has received that target."""
-REST_CYCLES, EXACT = 8, 4
+REST_CYCLES = 8
 """A drive has arrived after this many readings near its target. It may have missed its last target,
-but not eight repeats of it. A reading within `EXACT_REACH` counts for four."""
+but not eight repeats of it."""
 STAND_CYCLES, STOP_CYCLES = 3, 2
 """A drive stands when its reports show that it has not turned for this many cycles, after a stop
 for fewer: with one, a lost or late answer would look like a stand-still."""
 JITTER_CYCLES = 0.5
 """By how much less the first and the last of these reports may be apart, as some come late."""
-WAIT_CYCLES = 3
-"""While a drive has reported nothing for this many cycles, all slow down, and stop in the end. A
-bus that loses one frame in ten loses three in a row once in 1000 cycles."""
-LOST_CYCLES = 5
-"""When a drive has not been seen to turn for this many cycles, all stand, even if it reported
-nothing. It is more than `WAIT_CYCLES`: a computer that holds everything back for 30 ms
-loses nothing."""
+LOST_CYCLES = 4
+"""When a drive off its target has not been seen to turn for this many cycles, all stand, even if it
+reported nothing. A computer that holds everything back for 30 ms loses nothing."""
 PROGRESS_S = 0.05
 """How often positions are reported in motion: twenty times a second, as a screen shows them."""
 BRAKING_S = 1.0
@@ -233,8 +220,14 @@ class MotionRun:
         return lost or self.seen_to_stand(drive, self.began_s, STAND_CYCLES)
 
     def seen_to_stand(self, drive: Cia402Drive, since_s: float, cycles: int) -> bool:
-        """Return whether its reports since a moment show that a drive stood for some cycles."""
-        return drive.stands(since_s, (cycles - JITTER_CYCLES) * self.io.cycle_s)
+        """Return whether its reports since a moment show that a drive stood for some cycles.
+
+        With short cycles and a wide window, a drive that brakes stays within its tremble for some
+        of them: it stands once it has stayed there for longer than the end of its ramp takes.
+        """
+        reports_s = (cycles - JITTER_CYCLES) * self.io.cycle_s
+        ends_s = self.io.limits.ramp_end_s(drive.shaft.bounds.tremble)
+        return drive.stands(since_s, max(reports_s, ends_s))
 
     def blame(self, alert: Alert, culprit: Cia402Drive | None = None) -> Signal:
         """Record what is wrong, and the drive to ask why."""
@@ -264,10 +257,8 @@ class MotionRun:
         others, or the targets, are by now.
         """
         now_s, drives, settings = self.io.now_s, self.io.drives, self.io.settings
-        return (
-            now_s - self.io.beats.sent_s >= settings.heartbeat_wait_s
-            or all(drive.missed > SILENT_CYCLES for drive in drives)
-            or any(now_s - drive.shaft.read_s >= settings.report_age_s for drive in drives)
+        return now_s - self.io.beats.sent_s >= settings.heartbeat_wait_s or any(
+            now_s - drive.shaft.read_s >= settings.report_age_s for drive in drives
         )
 
     # -- actions ------------------------------------------------------------------------------
@@ -286,9 +277,6 @@ class MotionRun:
         jobs = transfers.of_each(STATUSWORD)
         asked = transfers.transfer(jobs, tries=2, given_up=lambda: self.io.stop_asked)
         results = (yield from asked).values()
-        for result in results:
-            if (word := result.values.get(STATUSWORD)) is not None:
-                result.drive.show(Statusword(word))
         if not self.io.stop_asked:
             self.missing = tuple(each.drive for each in results if STATUSWORD not in each.values)
         self.interrupt()
@@ -296,7 +284,8 @@ class MotionRun:
     def _hold(self) -> Script[None]:
         """Make each drive hold where it stands, and reply why the motion ended."""
         braking, unstopped = self._braking, None
-        standing = [drive for drive in braking.standing if drive.operates]
+        reporting = [drive for drive in braking.standing if drive not in self.missing]
+        standing = [drive for drive in reporting if drive.operates]
         try:
             yield from self.io.states.leave_quick_stop(standing)
         except Obstructed as obstructed:
@@ -398,13 +387,7 @@ class Arriving(CycleStage):
 
     def __init__(self, run: MotionRun, mode: OperationMode, rest_cycles: int) -> None:
         super().__init__(run)
-        self._mode, self._rest_cycles = mode, rest_cycles
-        self._arrived = dict.fromkeys(run.io.drives, 0)
-        """How many readings in a row found each drive near its target."""
-        self._read_s = {drive: drive.shaft.read_s for drive in run.io.drives}
-        """When each drive was read last."""
-        self._off_s: dict[Cia402Drive, float] = {}
-        """When each drive was first read off its target."""
+        self._mode, self._rest_cycles, self._began_s = mode, rest_cycles, run.io.now_s
 
     def send(self) -> float:
         """Send every drive its target."""
@@ -414,19 +397,10 @@ class Arriving(CycleStage):
 
     def judge(self) -> Signal | None:
         """Return whether all drives stand at their targets."""
-        for drive, before_s in self._read_s.items():
-            if drive.shaft.read_s <= before_s:
-                continue
-            self._read_s[drive] = drive.shaft.read_s
-            if drive.shaft.is_near:
-                exact = abs(drive.shaft.count - drive.shaft.goal) <= EXACT_REACH
-                self._arrived[drive] += EXACT if exact else 1
-                continue
-            self._arrived[drive] = 0
-            off_s = self._off_s.setdefault(drive, drive.shaft.read_s)
-            if drive.shaft.asked_s > off_s + SETTLE_S:
+        for drive in self.io.drives:
+            if drive.shaft.asked_s > max(drive.off_s, self._began_s) + SETTLE_S:
                 return self.run.blame(off_target_alert(drive))
-        if self.io.group.off_target or min(self._arrived.values()) < self._rest_cycles:
+        if self.io.group.off_target or any(d.near < self._rest_cycles for d in self.io.drives):
             return None
         for drive in self.io.drives:
             drive.shaft.rest_at(drive.shaft.goal, self.io.now_s)
@@ -445,7 +419,11 @@ class Cia402Braking(Braking[Cia402Drive]):
         patience_s = 2.0 * run.io.settings.quick_stop_s + BRAKING_S
         super().__init__(drives, run.io.listened, patience_s)
         self._run, self._io, self._began_s = run, run.io, run.io.now_s
-        self._asked: dict[Cia402Drive, SdoQueue] = {}
+        self._by_sdo: dict[Cia402Drive, Iterator[Job]] = {
+            drive: cycle((STOP_WRITE, STATUSWORD, POSITION)) for drive in drives
+        }
+        """The next request to each drive that exchanges no PDOs."""
+        self._asked_until_s = dict.fromkeys(drives, -math.inf)
 
     def step(self, now_s: float) -> float:
         """Send the stop to drives that do not stand."""
@@ -453,14 +431,20 @@ class Cia402Braking(Braking[Cia402Drive]):
         if now_s < run.due_s:
             return run.due_s
         for drive in self.left:
-            if not drive.operates or drive.missed >= WAIT_CYCLES:
-                if drive not in self._asked:
-                    self._asked[drive] = io.transfers.stopping(drive)
-                self._asked[drive].step()
+            if not drive.operates or drive.missed >= LOST_CYCLES:
+                self._ask(drive)
             if drive.operates and drive.state in NEEDS_STOP:
                 io.command(drive, STOP, io.states.mode_of(drive))
         io.last_command = "QUICK STOP"
         return run.begin_cycle(run.cycle_ends_s)
+
+    def _ask(self, drive: Cia402Drive) -> None:
+        """Send a drive its next request if the last one is answered, or its time is over."""
+        io = self._io
+        answer = io.group.inbox.answers.pop(drive.node, None)
+        if answer is not None or io.now_s >= self._asked_until_s[drive]:
+            io.transfers.ask(drive.node, next(self._by_sdo[drive]))
+            self._asked_until_s[drive] = io.answered_s(last=False)
 
     def signal(self, now_s: float) -> Signal | None:
         """Return at the end of a cycle whether all drives stand."""

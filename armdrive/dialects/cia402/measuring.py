@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from armdrive.dialects.bus.observer import PROMPT_REPLY_S
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import Cia402Drive
-from armdrive.dialects.cia402.exchange import Cia402Exchange, Script, SetPointHandshakes
+from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
 from armdrive.dialects.cia402.motion import BurstPart, write_parts
 from armdrive.dialects.exchange import TRIES, Obstructed
@@ -246,11 +246,11 @@ class UnitMeasurement:
 
         Raises `Obstructed` if something stops it.
         """
-        io, points = self._io, SetPointHandshakes({drive: part.goal})
+        io = self._io
         yield from write_parts(io, {drive: part})
-        yield from io.states.ready(points)
+        yield from io.states.offer({drive: part.goal})
         run = MotionRun(io, None)
-        turn = Turn(run, drive, points, for_s)
+        turn = Turn(run, drive, for_s)
         reply = yield from run.carry_out(Phase.HOMING, turn)
         if not isinstance(reply, Done):
             raise Obstructed(reply)
@@ -260,12 +260,9 @@ class UnitMeasurement:
 class Turn(CycleStage):
     """The stage of one turn of a motor: reads where it is in each cycle."""
 
-    def __init__(
-        self, run: MotionRun, drive: Cia402Drive, points: SetPointHandshakes, for_s: float
-    ) -> None:
+    def __init__(self, run: MotionRun, drive: Cia402Drive, for_s: float) -> None:
         super().__init__(run)
-        self._drive, self._points = drive, points
-        self._begin, self._goal = drive.shaft.count, points.goals[drive]
+        self._drive, self._begin, self._goal = drive, drive.shaft.count, drive.set_point
         self._until_s = run.io.listened.s + for_s
         self.readings: list[tuple[float, int]] = []
         """Times, and increments from its start."""
@@ -274,7 +271,7 @@ class Turn(CycleStage):
 
     def send(self) -> float:
         """Send the drive its set-point."""
-        self._points.send(self.io, self._drive)
+        self.io.send_point(self._drive)
         return self.run.cycle_ends_s
 
     def judge(self) -> Signal | None:
@@ -287,6 +284,6 @@ class Turn(CycleStage):
             self.late |= shaft.read_s > sampled_s + PROMPT_REPLY_S
         near = abs(drive.shaft.count - self._goal) <= shaft.bounds.tremble
         # it may never have left its goal; but it takes its next set-point only after this one
-        taken = not self._points.not_taken()
+        taken = drive.handshake.taken
         there = near and taken and drive.stands(self.run.began_s, REST_S)
         return Signal.ARRIVED if there or self.io.listened.s > self._until_s else None

@@ -7,17 +7,16 @@ one set-point and follows a ramp of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
-from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script, SetPointHandshakes
+from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script
 from armdrive.dialects.cia402.leading import (
     REST_CYCLES,
     SETTLE_S,
-    WAIT_CYCLES,
     CycleStage,
     MotionRun,
     prepare,
@@ -39,9 +38,8 @@ class CyclicTrip:
 
     Each cycle advances it by one period at most, however late the cycle is. When a jog is released,
     it slows down to a stand on its path. When the arm is paused, it slows down towards the end of
-    its last segment. If it has already slowed down by then, or must wait for a drive, it stops on
-    the path instead and stays there until the pause ends: the segment's end would come later than
-    announced.
+    its last segment. If it has already slowed down by then, or has to stand, it stops on the path
+    instead and stays there until the pause ends: the segment's end would come later than announced.
     """
 
     def __init__(self, request: MoveAlong, path: PlannedPath, window_s: float) -> None:
@@ -85,35 +83,32 @@ class CyclicTrip:
     def _driven(self) -> bool:
         return self.time_s >= self.path.end_s + self.window_s
 
-    def advance(
-        self, period_s: float, ease_s: float, *, wait: bool, stand: bool
-    ) -> tuple[int, ...]:
+    def advance(self, period_s: float, ease_s: float, *, stand: bool) -> tuple[int, ...]:
         """Advance by a period; return the targets of the motors.
 
         Slowing down from the present speed takes `ease_s`.
 
-        A trip that has to `wait` for a drive slows down. One that has to `stand` does not advance
-        in this period, and halves its speed after it: meanwhile a drive that missed targets catches
-        up.
+        A trip that has to `stand` does not advance in this period, and halves its speed after it:
+        meanwhile a drive that missed targets catches up.
         """
         if self._rate >= 1.0:  # once it slows down, its speed tells no more how long that takes
             self._full_s = max(ease_s, period_s)
         self.eased = self.eased or self._request.released()
         held, self._held = self._held, self._request.held_back()
         slowed = not held and self._rate < 1.0
-        self.stays = self._held and (self.stays or wait or stand or slowed)
+        self.stays = self._held and (self.stays or stand or slowed)
         if not (self.eased or self._held):
             dry = self.time_s > self.path.end_s > 0.0
             self._feed.fetch(lambda: self._has_room(period_s), self.time_s, dry=dry)
-        self._rate = self._rate / 2.0 if stand else self._next_rate(period_s, wait)
+        self._rate = self._rate / 2.0 if stand else self._next_rate(period_s)
         self.time_s += 0.0 if stand else self._rate * period_s
         self.path.discard_before(self.time_s, self.window_s)
         return tuple(map(round, self.path.averaged(self.time_s, self.window_s)))
 
-    def _next_rate(self, period_s: float, wait: bool) -> float:
+    def _next_rate(self, period_s: float) -> float:
         """Return the rate of path time; during a pause it falls towards the path's end."""
         change, left_s = period_s / self._full_s, self.path.end_s - self.time_s
-        if self.eased or wait or self.stays:
+        if self.eased or self.stays:
             return max(self._rate - change, 0.0)
         # v^2 / (2 * slope) = left: the speed from which it stands just at the end of the segment
         if self._held and left_s > period_s:
@@ -160,18 +155,14 @@ class CyclicTargets(CycleStage):
         self._trip = trip
         self._hz = 0.0
         """The present speed of the busiest motor."""
-        self._short_s: dict[Cia402Drive, float] = {}
-        """When each drive was first read short of its target, where it stands."""
 
     def send(self) -> float:
-        """Send every drive its next target; slow down while one of them is silent."""
+        """Send every drive its next target; stand while one of them misses its own."""
         io, run, cycle_s, now_s = self.io, self.run, self.io.cycle_s, self.io.now_s
-        waits = any(drive.missed >= WAIT_CYCLES for drive in io.drives)
-        self._trip.late_cycles += waits + (now_s > run.due_s + cycle_s)
         # the sooner the targets stop, the shorter a drive's jump to the next one
         stands = any(map(run.stands_short, io.drives))
-        ease_s = io.limits.ramp_s(self._hz)
-        targets = self._trip.advance(cycle_s, ease_s, wait=waits, stand=stands)
+        self._trip.late_cycles += stands or now_s > run.due_s + cycle_s
+        targets = self._trip.advance(cycle_s, io.limits.ramp_s(self._hz), stand=stands)
         if words := beyond_words(zip(io.drives, targets, strict=True)):
             run.reason = RequestRejected(f"{words}: home it near its zero")
             return now_s
@@ -180,7 +171,7 @@ class CyclicTargets(CycleStage):
         )
         self._hz = max(steps) / cycle_s
         for drive, target in zip(io.drives, targets, strict=True):
-            drive.shaft.order(target, io.limits.fastest_hz, math.inf, now_s)
+            drive.order(target, io.limits.fastest_hz, math.inf, now_s)
             # else a drive might run on
             io.command(drive, ENABLE, OperationMode.CYCLIC_POSITION, target)
         io.last_command = io.group.targets
@@ -200,10 +191,7 @@ class CyclicTargets(CycleStage):
         counts is the time between two readings, which passes for a drive however late they come.
         """
         for drive in self.io.drives:
-            if not self.run.stands_short(drive):
-                self._short_s.pop(drive, None)
-                continue
-            since_s = max(self._short_s.setdefault(drive, drive.shaft.read_s), drive.shaft.still_s)
+            since_s = max(drive.off_s, drive.shaft.still_s)
             if drive.shaft.asked_s > since_s + SETTLE_S:
                 return self.run.blame(off_target_alert(drive))
         return None
@@ -271,16 +259,15 @@ class ProfileMotion:
         yield from write_parts(io, parts)
         if io.stop_asked or released():
             return Halted()
-        points = SetPointHandshakes(goals)
-        yield from io.states.ready(points)
+        yield from io.states.offer(goals)
         if io.stop_asked:
             return Halted()
         for drive, part in parts.items():
             speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
-            drive.shaft.order(part.goal, speed, slope, io.now_s)
+            drive.order(part.goal, speed, slope, io.now_s)
         run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
         lasts_s = io.limits.lasts_s(steps.largest, rate_hz)
-        return (yield from run.carry_out(Phase.MOVING, Burst(run, points, lasts_s)))
+        return (yield from run.carry_out(Phase.MOVING, Burst(run, list(parts), lasts_s)))
 
     def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
         speed, slope = share * min(rate_hz, TOP_HZ), share * self._io.limits.ramp_hz_s
@@ -290,17 +277,16 @@ class ProfileMotion:
 class Burst(CycleStage):
     """The moving stage: drives are on the way to their set-points, for about `lasts_s`."""
 
-    def __init__(self, run: MotionRun, points: SetPointHandshakes, lasts_s: float) -> None:
+    def __init__(self, run: MotionRun, drives: Sequence[Cia402Drive], lasts_s: float) -> None:
         super().__init__(run)
-        self._points = points
-        self._under_way = list(points.goals)
+        self._drives = drives
         self._given_up_s = self.io.listened.s + 2.0 * lasts_s + SETTLE_S
 
     def send(self) -> float:
         """Send the drives their set-points."""
         for drive in self.io.drives:
-            if drive in self._points.goals:
-                self._points.send(self.io, drive)
+            if drive in self._drives:
+                self.io.send_point(drive)
             else:
                 goal = drive.shaft.goal
                 self.io.command(drive, ENABLE, OperationMode.PROFILE_POSITION, goal)
@@ -309,14 +295,13 @@ class Burst(CycleStage):
 
     def judge(self) -> Signal | None:
         """Return whether all drives report that they have reached their set-points."""
-        reached = self._points.arrived()
-        self._under_way = [drive for drive in self._under_way if drive not in reached]
-        if not self._under_way:
+        under_way = [drive for drive in self._drives if not drive.handshake.over]
+        if not under_way:
             return Signal.ALL_SENT
         if self.io.listened.s <= self._given_up_s:
             return None
-        for drive in self._under_way:
+        for drive in under_way:
             if not drive.shaft.is_near:
                 return self.run.blame(off_target_alert(drive))
-        words = f"{self._under_way[0]} does not report that it has reached its target"
+        words = f"{under_way[0]} does not report that it has reached its target"
         return self.run.blame(Alert(AlertKind.OFF_PATH, words))

@@ -191,6 +191,10 @@ class DriveLimits:
         """Return how long a quick stop from this rate takes."""
         return min(rate_hz, self.fastest_hz) / self.quick_hz_s
 
+    def ramp_end_s(self, steps: float) -> float:
+        """Return how long the last steps of a quick stop take."""
+        return math.sqrt(2.0 * steps / self.quick_hz_s)
+
     def lasts_s(self, steps: float, rate_hz: float) -> float:
         """Return how long a burst takes from rest to rest."""
         return trapezoid(steps, min(rate_hz, TOP_HZ), self.ramp_hz_s).duration_s

@@ -170,7 +170,7 @@ def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
         ways.append((rig.positions - there).largest)
         there = rig.positions
     assert max(ways) <= 20_000 * PERIOD_S * (5 if fault == "alone" else 1.5)
-    if lasts_s > 0.12:
+    if lasts_s > 0.2:
         assert isinstance(rig.reply(), RequestRejected | Timeout)
         assert sum(ways[12:]) == 0
 
@@ -200,6 +200,19 @@ def test_a_stop_is_a_quick_stop_that_keeps_the_current_and_the_drives_obey_again
     rig.check_stands(1.0)
     assert (rig.along(*LINE[:1]) if strategy == "cyclic" else rig.do(LINE[0])) == Done()
     assert rig.positions == held + LINE[0].steps
+
+
+@pytest.mark.parametrize("period_ms", [4, 50])
+@pytest.mark.parametrize("window", [8, 1000])
+def test_a_drive_that_brakes_is_not_taken_to_stand(period_ms, window):
+    rig = moving(
+        steps(20_000, -10_000), 0.3, {"period_ms": period_ms, "position_window": window}
+    )
+    rig.stop()
+    asked_s = rig.now_s
+    assert rig.finish() == Halted()
+    assert rig.now_s - asked_s <= rig.controller.stopping(0.3).confirmed_s
+    rig.check_stands(0.5)
 
 
 def test_a_released_jog_slows_down_on_its_path():
@@ -463,7 +476,7 @@ class Pause:
         self.rig.device.board.node(1).port.mute = False
 
 
-WAITED_IN = (0.04, 0.12, MUTE_S + 0.005)
+WAITED_IN = (0.08, 0.12, MUTE_S + 0.005)
 """The motion itself waits, since that drive is not heard."""
 
 
@@ -648,7 +661,7 @@ def test_a_drive_that_sends_no_reports_but_answers_questions_ends_the_motion():
     assert isinstance(reply, RequestRejected)
     assert reply.silent
     assert "drive 1 (base)" in reply.reason
-    assert rig.now_s < began_s + 1.0
+    assert rig.now_s < began_s + 1.2
 
 
 def test_a_silent_drive_is_not_turned_back_to_its_last_reading():
