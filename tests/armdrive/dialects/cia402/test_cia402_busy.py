@@ -238,7 +238,7 @@ def prompt_turns():
     return turns_away(measuring())
 
 
-@pytest.mark.parametrize("from_s", [4.0, 6.5], ids=["of the speed", "of the ramp"])
+@pytest.mark.parametrize("from_s", [4.0, 8.0], ids=["of the speed", "of the ramp"])
 def test_a_turn_whose_readings_came_late_is_made_again(prompt_turns, from_s):
     late = measuring()
     late.run(from_s)
