@@ -85,12 +85,6 @@ class TestStates:
         assert bench.world.motors[1] != before[1]
         assert bench.count(2) == bench.world.motors[1] - before[1]
 
-    def test_no_target_is_taken_by_a_drive_that_is_not_enabled(self, bench):
-        bench.write(1, canopen.MODE, PP)
-        hand_over(bench, 1000, 0x37)
-        bench.run(0.5)
-        assert bench.count(1) == 0
-
     @pytest.mark.parametrize(
         ("option", "ends"),
         [
@@ -148,7 +142,7 @@ class TestProfile:
         assert profile.state(1).has(canopen.StatusBit.REACHED)
         assert profile.count(1) == 2 * TURN
 
-    def test_a_target_at_once_replaces_and_another_comes_behind(self, profile):
+    def test_a_target_is_relative_or_not_replaces_comes_behind_and_is_within_limits(self, profile):
         hand_over(profile, TURN)
         hand_over(profile, -TURN // 10)
         profile.run(2.0)
@@ -158,12 +152,15 @@ class TestProfile:
         assert profile.state(1).has(canopen.StatusBit.ACKNOWLEDGED)
         profile.run(2.0)
         assert profile.count(1) == 2000
-
-    def test_relative_targets_add_up(self, profile):
         hand_over(profile, 700, RELATIVE)
         hand_over(profile, 600, RELATIVE)
         profile.run(2.0)
-        assert profile.count(1) == 1300
+        assert profile.count(1) == 3300
+        profile.write(1, canopen.Place(0x607D, 2), 500)
+        hand_over(profile, TURN)
+        profile.run(1.0)
+        assert profile.count(1) == 500
+        assert profile.state(1).has(canopen.StatusBit.LIMITED)
 
     def test_a_halt_holds_until_it_ends(self, profile):
         hand_over(profile, TURN)
@@ -177,13 +174,6 @@ class TestProfile:
         profile.run(1.5)
         assert profile.count(1) == TURN
 
-    def test_software_limits_cut_a_target_off(self, profile):
-        profile.write(1, canopen.Place(0x607D, 2), 500)
-        hand_over(profile, TURN)
-        profile.run(1.0)
-        assert profile.count(1) == 500
-        assert profile.state(1).has(canopen.StatusBit.LIMITED)
-
     def test_no_word_of_arrival_may_come(self, profile):
         profile.twin.faults.add("no-done", "1")
         hand_over(profile, 100)
@@ -195,6 +185,9 @@ class TestProfile:
 class TestCyclic:
     def test_targets_are_interpolated_from_sync_to_sync(self, cyclic):
         before = cyclic.world.motors
+        cyclic.order(1, ENABLE, CSP, 50)
+        cyclic.run(0.1)
+        assert cyclic.count(1) == 0  # not before the SYNC
         drive_along(cyclic, range(50, 1001, 50))
         cyclic.order(1, ENABLE, CSP, 1100)
         told = cyclic.sync(PERIOD_S / 2)[1]
@@ -204,13 +197,6 @@ class TestCyclic:
         assert cyclic.count(1) == pytest.approx(1050, abs=20)
         cyclic.run()
         assert (cyclic.world.motors - before) == (1100, 0, 0, 0, 0, 0)
-
-    def test_nothing_is_done_before_the_sync(self, cyclic):
-        cyclic.order(1, ENABLE, CSP, 100)
-        cyclic.run(0.1)
-        assert cyclic.count(1) == 0
-        assert cyclic.sync(0.1)[1][2] == 0
-        assert cyclic.count(1) == 100
 
     @pytest.mark.parametrize(("quirk", "goes_on"), [("hold", False), ("extrapolate", True)])
     def test_the_behaviour_of_a_drive_whose_targets_stop(self, quirk, goes_on):
