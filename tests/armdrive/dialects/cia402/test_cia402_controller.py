@@ -1,6 +1,5 @@
 """A CiA 402 controller on simulated drives: switching on, orders, faults, settings."""
 
-import itertools
 import re
 
 import pytest
@@ -54,15 +53,6 @@ def test_the_first_request_sets_every_drive_up_and_moves_nothing():
         assert node.objects.number_of(canopen.QUICK_STOP_OPTION, -1) == 6
 
 
-def test_a_drive_that_comes_later_is_found_by_the_same_controller():
-    rig = Rig()
-    rig.device.board.switch_drive(2, on=False)
-    assert isinstance(rig.do(ReadPosition()), RequestRejected)
-    rig.device.board.switch_drive(2, on=True)
-    rig.run(1.0)
-    assert isinstance(rig.do(ReadPosition()), Registers)
-
-
 def test_a_drive_without_the_quick_stop_that_holds_refuses_contact_in_words():
     reply = Rig(missing="605A").do(ReadPosition())
     assert isinstance(reply, RequestRejected)
@@ -92,7 +82,7 @@ def test_a_constant_with_another_value_refuses_contact_in_words(constant):
     assert "can only be read" in reply.reason or "cannot be accessed so" in reply.reason
 
 
-@pytest.mark.parametrize("missing", ["6007", "1016", "1016+6007"])
+@pytest.mark.parametrize("missing", ["6007", "1016"])
 def test_drives_that_would_not_stop_without_this_program_move_in_bursts(missing):
     rig = Rig(missing=missing)
     before, cyclic = rig.positions, rig.controller.stopping(0.3)
@@ -120,7 +110,7 @@ def test_another_master_on_the_bus_refuses_contact():
     assert "another program" in reply.reason
 
 
-@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(8, 2))])
+@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, amount(16, 2))])
 @pytest.mark.parametrize("for_s", [1.5, 30.0])
 def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(when_s, for_s):
     rig = Rig()
@@ -146,7 +136,7 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
 STAYS_OPERATIONAL = "1029:01=1"
 
 
-@pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009])
+@pytest.mark.parametrize("delay_s", [0.001, 0.003, 0.006, 0.009][-amount(2, 4) :])
 def test_a_shaft_turned_by_hand_while_the_watch_is_set_up_is_not_turned_back(delay_s):
     rig = Rig(constant=STAYS_OPERATIONAL).ready()
     rig.suspend(0.5)
@@ -225,17 +215,6 @@ def test_drives_that_an_earlier_program_left_running_are_waited_for_and_then_sto
 
 
 # -- the heartbeat --------------------------------------------------------------------------------
-
-
-def test_the_heartbeat_goes_on_at_rest_while_motors_are_on():
-    rig = Rig().ready()
-    began_s = rig.now_s
-    rig.run(2.0)
-    beats = [at_s for at_s, _ in rig.frames(canopen.Service.HEARTBEAT, began_s)]
-    gaps = [b - a for a, b in itertools.pairwise(beats)]
-    assert len(beats) >= 39
-    assert max(gaps) < 0.0501
-    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_it_wakes():
@@ -417,7 +396,7 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     assert isinstance(rig.do(ReadPosition()), Registers)
 
 
-@pytest.mark.parametrize("after_s", [0.05, 0.2, 0.35, 0.5])
+@pytest.mark.parametrize("after_s", [0.05, 0.35])
 def test_the_current_of_a_drive_that_falls_silent_is_unknown_whoever_notices_first(after_s):
     arm = connected()
     arm.enable()
@@ -429,7 +408,7 @@ def test_the_current_of_a_drive_that_falls_silent_is_unknown_whoever_notices_fir
     assert re.search(r"drive 2 \(shoulder\) (no longer answers|does not answer)", arm.status.error)
 
 
-@pytest.mark.parametrize("before_s", [0.0, 0.001, 0.02, 0.15])
+@pytest.mark.parametrize("before_s", [0.0, 0.02])
 def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_alert(before_s):
     rig = Rig().ready()
     rig.node(2).silent_s = rig.now_s  # the others have heard the heartbeat
@@ -550,16 +529,6 @@ def connected() -> Arm:
     return Arm(connect_simulated(config, twin=simulate(config)))
 
 
-def test_the_current_follows_what_is_asked_for():
-    arm = connected()
-    assert arm.status.state is State.DISABLED
-    assert arm.status.current is Current.OFF
-    arm.enable()
-    assert arm.status.current is Current.HELD
-    arm.disable()
-    assert arm.status.current is Current.OFF
-
-
 def test_drives_that_hold_are_reported_as_held_unless_they_have_to_be_enabled_first():
     rig = Rig()
     assert rig.do(ReadPosition()).held is False
@@ -570,7 +539,9 @@ def test_drives_that_hold_are_reported_as_held_unless_they_have_to_be_enabled_fi
 
 def test_drives_in_different_states_are_not_reported_as_held():
     arm = connected()
+    assert (arm.status.state, arm.status.current) == (State.DISABLED, Current.OFF)
     arm.enable()
+    assert arm.status.current is Current.HELD
     arm.twin.faults.add("drive-fault", "2", "4310")
     arm.sleep(1.0)
     assert arm.status.state is State.ERROR_STOP
@@ -597,8 +568,8 @@ def ordered(bus, command):
 
 @pytest.mark.parametrize(
     ("fault", "words", "strategy"),
-    [(*TOO_HOT, "cyclic"), (*TOO_HOT, "profile"), (*LEFT_BEHIND, "cyclic"), (*ORDERED, "cyclic"),
-     (*ORDERED, "profile"), (*STOPPED, "cyclic")],
+    [(*TOO_HOT, "cyclic"), (*ORDERED, "profile"), (*STOPPED, "cyclic"), (*LEFT_BEHIND, "cyclic"),
+     (*TOO_HOT, "profile"), (*ORDERED, "cyclic")][: amount(3, 6)],
 )  # fmt: skip
 def test_it_is_reported_and_mended_in_the_same_program(fault, words, strategy):
     bus = Bus("cia402", settings={"strategy": strategy})

@@ -5,14 +5,12 @@ from dataclasses import replace
 
 import pytest
 from cia402_rig import QUICK, Rig, moving, steps
-from faults import arm_config, driven
 
 from armdrive.config.sections import HomingSettings
 from armdrive.dialects.bus.paths import PlannedPath
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.errors import Refused
 from armdrive.sim.cia402.motion import Homing
-from armdrive.status import State, Trust
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
@@ -205,9 +203,7 @@ def test_a_stop_is_a_quick_stop_that_keeps_the_current_and_the_drives_obey_again
 @pytest.mark.parametrize("period_ms", [4, 50])
 @pytest.mark.parametrize("window", [8, 1000])
 def test_a_drive_that_brakes_is_not_taken_to_stand(period_ms, window):
-    rig = moving(
-        steps(20_000, -10_000), 0.3, {"period_ms": period_ms, "position_window": window}
-    )
+    rig = moving(steps(20_000, -10_000), 0.3, {"period_ms": period_ms, "position_window": window})
     rig.stop()
     asked_s = rig.now_s
     assert rig.finish() == Halted()
@@ -447,7 +443,6 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 LONG_LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
 MUTE_S = 0.15
 """Long enough to be waited for, and too short to be lost."""
-PAUSED_S = 1.5
 
 
 class Pause:
@@ -536,30 +531,6 @@ def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free
     assert [alert.kind for alert in rig.alerts()] == [AlertKind.OFF_PATH]
     rig.twin.world.stalled.clear()
     rig.check_stands(1.0)
-
-
-def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resumed():
-    with driven(arm_config("cia402")) as arm:
-        twin = arm.twin
-        began_s = arm.parts.pace.now_s()
-        twin.device.at(began_s + 0.4, lambda: setattr(twin.board.node(3).port, "mute", True))
-        twin.device.at(
-            began_s + 0.4 + MUTE_S, lambda: setattr(twin.board.node(3).port, "mute", False)
-        )
-        motion = arm.move_j(base_deg=30, wait=False)
-        arm.sleep(0.5)
-        arm.pause()
-        arm.sleep(arm.status.pause_time_s)
-        stood = twin.world.motors
-        arm.sleep(PAUSED_S)
-        assert twin.world.motors == stood
-        assert arm.status.paused
-        assert arm.status.state is State.MOVING
-        arm.resume()
-        motion.wait()
-        assert twin.world.motors != stood
-        assert arm.status.trust is Trust.REFERENCED
-        assert twin.world.motors == arm.status.acknowledged
 
 
 # -- A shaft that is blocked as it is stopped, and comes free, stays there -------------------------
