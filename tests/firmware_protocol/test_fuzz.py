@@ -65,7 +65,7 @@ def test_every_codec_is_registered():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_survives_damaged_frames(case):
-    frames = amount(300, 5000)
+    frames = amount(150, 5000)
     tally = run(case, seed=7, frames=frames)
     assert tally.frames == frames
     assert tally.resyncs == frames // 10
@@ -73,7 +73,7 @@ def test_a_codec_survives_damaged_frames(case):
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_takes_no_more_memory_with_time(case):
-    grown_bytes(case, seed=7, frames=amount(100, 1000))
+    grown_bytes(case, seed=7, frames=amount(50, 1000))
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def fetched(case: FuzzCase, machine) -> list:
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_the_chunks_make_no_difference(case):
     rng = random.Random(7)
-    for _ in range(amount(30, 3000)):
+    for _ in range(amount(15, 3000)):
         stream = b"".join(damaged(rng, case.good) for _ in range(4))
         whole, watched, cut = case.make(), case.make(), case.make()
         whole.receive_data(stream)

@@ -44,15 +44,6 @@ def test_answers_belong_to_the_lines_in_their_order():
     assert host.outstanding_bytes == 0
 
 
-def test_lines_that_are_forgotten_fill_no_ring():
-    host = sent(X1, X2)
-    host.forget_outstanding()
-    assert host.outstanding_bytes == 0
-    host.send(X1)
-    heard(host, BANNER)
-    assert host.outstanding_bytes == 0
-
-
 def test_what_is_pushed_answers_nothing():
     host = sent(X1)
     found = heard(host, b"[MSG:Pgm End]\r\n<Idle|MPos:0,0,0,0,0,0>\r\n>G54:ok\r\n$1=255\r\n")
@@ -120,13 +111,6 @@ def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
     host.send_realtime(grbl.Realtime.SOFT_RESET)
     host.forget_outstanding()
     assert host.room_for(X2)
-
-
-def test_late_answers_to_forgotten_lines_are_unexpected():
-    host = sent(X1, X2)
-    host.forget_outstanding()
-    assert host.outstanding_lines == ()
-    assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
 
 
 # -- the events that it makes of what is heard ----------------------------------------------------
@@ -250,18 +234,6 @@ def test_after_a_banner_nothing_is_owed_and_discarded_bytes_are_gone():
     assert device.unanswered == 0
 
 
-def test_a_line_that_is_too_long_is_refused_with_error_11():
-    device = grbl.Device(SIX_AXES)
-    for _ in range(1000):
-        device.receive_data(b"X" * 100)
-    device.receive_data(b"\n" + TEXT.encode() + b"\n")
-    first, second = events(device)
-    assert first == grbl.LineReceived(
-        "X" * 79, grbl.Rejected(11, "a line of more than 79 characters")
-    )
-    assert second.text == TEXT
-
-
 @given(st.lists(st.tuples(COMMANDS, st.booleans()), max_size=6), st.data())
 def test_every_script_arrives_whole_at_both_ends(script, data):
     host, device = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES)
@@ -295,19 +267,3 @@ def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(sc
         elif waiting:
             assert host.room_for(waiting[0])
     assert [event.command for event in answered] == script
-
-
-@given(NOISE, st.data())
-def test_after_noise_both_ends_understand_at_the_next_line_end(noise, data):
-    host, device = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES)
-    carried(data.draw, noise + b"\n", device)
-    (line,) = carried(data.draw, host.send(X1), device)
-    assert line.text == TEXT
-    assert all(
-        isinstance(event, grbl.Unreadable | grbl.Acknowledged | grbl.Stray)
-        for event in carried(
-            data.draw, b"\xff" + noise.replace(b"\n", b"").replace(b"\r", b""), host
-        )
-    )
-    found = carried(data.draw, b"\nok\r\n", host)
-    assert grbl.Acknowledged(X1) in found

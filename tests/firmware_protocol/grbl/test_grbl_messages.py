@@ -6,7 +6,7 @@ from typing import get_args
 
 import pytest
 from amounts import every_row
-from cases_grbl import ANSWERS, COMMANDS, GCODE, JOGS, SIX_AXES, SYSTEM
+from cases_grbl import ANSWERS, COMMANDS, SIX_AXES
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -316,37 +316,6 @@ def test_a_jog_changes_no_mode_but_has_its_own_while_it_lasts():
     during = modes.during(jog)
     assert (during.motion, during.units, during.distance, during.feed) == ("G1", "G21", "G91", 60.0)
     assert modes.after(jog) == modes
-
-
-def test_a_refused_block_leaves_the_modes():
-    modes = grbl.Modal()
-    with pytest.raises(grbl.GcodeError):
-        modes.after(grbl.parse_block("G91G1X1", SIX_AXES))
-    assert modes == grbl.Modal()
-
-
-def written(block: grbl.Block) -> str:
-    """Return the axis words of a block as a host writes them."""
-    return "".join(f"{letter}{grbl.write_number(value)}" for letter, value in block.axes.items())
-
-
-@given(GCODE)
-def test_every_line_of_the_hosts_is_admitted_with_a_feed_and_keeps_its_numbers(command):
-    block = grbl.parse_block(command.text, SIX_AXES)
-    grbl.Modal(feed=1.0).after(block)
-    assert written(block) in command.text
-
-
-@given(JOGS)
-def test_every_jog_of_the_hosts_is_admitted(jog):
-    block = grbl.parse_block(jog.text[len("$J=") :], SIX_AXES, jog=True)
-    grbl.Modal().after(block)
-    assert f"{written(block)}F{block.values['F']}" in jog.text
-
-
-@given(SYSTEM)
-def test_every_system_command_is_read_back_as_it_was(command):
-    assert grbl.parse_line(command.text, SIX_AXES) == command
 
 
 @every_row(

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from amounts import in_pairs
+from amounts import amount, in_pairs
 from faults import OVER_THE_TABLE, Rule, as_it_stands, becoming, garbled, instead, lost
 from grbl_arm import (
     BEGINNINGS,
@@ -335,8 +335,7 @@ ONE_BY_ONE = ((3,), (2,), (1,), (4, 5))
 """All motors but the last: FluidNC would stay locked, because axis C is not homed."""
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
-@pytest.mark.parametrize("groups", [(), ONE_BY_ONE])
+@in_pairs("firmware, groups", HOME_SINGLE_AXES, [(), ONE_BY_ONE])
 def test_homing_ends_where_the_arm_file_says(firmware, groups):
     arm = found(homing_config(groups), firmware=firmware)
     arm.home()
@@ -350,7 +349,7 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     assert arm.status.joints.deg["base"] == pytest.approx(50, abs=0.1)
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES[: amount(1, 3)])
 def test_a_search_that_finds_no_switch_ends_within_the_time_that_the_boards_settings_give(firmware):
     made = with_device(homing_config(), homing_s=290.0)
     arm = found(made, firmware=firmware)
@@ -434,7 +433,7 @@ def test_a_homing_command_that_homes_a_homed_motor_once_more_is_repeated(firmwar
     assert arm.twin.world.motors == arm.status.acknowledged
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES[amount(2, 0) :])
 def test_a_damaged_report_is_no_motor_that_turns_while_another_one_homes(firmware):
     arm = found(homing_config(), firmware=firmware)
     arm.reset()
@@ -476,7 +475,7 @@ def test_a_board_that_reports_while_it_homes_is_lost_soon_once_it_is_silent():
     assert not arm.twin.device.moving
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES[amount(2, 0) :])
 def test_after_homing_that_failed_the_next_motion_begins_where_the_arm_stands(firmware):
     """Mission grbl 710001233: FluidNC drove on from where its search was to end."""
     arm = found(homing_config(), firmware=firmware)
@@ -616,8 +615,7 @@ def test_a_gripper_on_a_valve_opens_and_closes(valve, firmware):
 # The axes of the board.
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("letters", ["XYZABC", "XZYBA", "XYZAC"])
+@in_pairs("firmware, letters", FIRMWARES, ["XYZABC", "XZYBA", "XYZAC"])
 def test_a_board_may_have_more_axes_than_the_arm_has_motors(firmware, letters):
     made = config(gripper="servo", device={"axes": letters})
     arm = ready(made, firmware=firmware, axes="XYZABC")
@@ -725,8 +723,7 @@ def test_no_line_that_waits_in_a_hold_is_carried_out_when_an_arm_connects(firmwa
     check_kept(*left(config(), said, firmware=firmware))
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("later_s", [0.0, 0.015, 0.03])
+@in_pairs("firmware, later_s", FIRMWARES, [0.0, 0.015, 0.03])
 def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(firmware, later_s):
     arm = ready(firmware=firmware)
     begin_line(arm)
@@ -751,9 +748,9 @@ def test_an_echo_that_a_terminal_has_left_on_ends_at_contact(firmware):
     assert arm.parts.core.controller.board.garbled == warnings
 
 
-@pytest.mark.parametrize("half", ["", "G1G91X10F300", "G1G91X10F300(a", "$H"])
-@pytest.mark.parametrize(("kind", "device", "opens"), GRIPPERS)
-def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, device, opens, half):
+@in_pairs("gripper, half", GRIPPERS, ["", "G1G91X10F300", "G1G91X10F300(a", "$H"])
+def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(gripper, half):
+    kind, device, opens = gripper
     said = [opens + "\n", half]
     firmware = "grblhal" if opens.startswith("M6") else "mega5x"
     arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
@@ -820,7 +817,7 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
 # A damaged answer to `$I`: a line has no checksum.
 
 
-@pytest.mark.parametrize("ring", [b"2", b"12", b"28", b"0", b"65536"])
+@pytest.mark.parametrize("ring", [b"12", b"65536", b"0", b"2", b"28"][: amount(2, 5)])
 def test_a_damaged_buffer_size_blocks_no_motion(ring):
     told = instead(b"[OPT:V,15," + ring + b"]\r\n")
     arm = as_it_stands(over(Rule(rb"\[OPT", told, times=99), firmware="grbl"))
@@ -878,7 +875,7 @@ LOST = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("begin", "what", "stop", "firmware"), LOST)
+@pytest.mark.parametrize(("begin", "what", "stop", "firmware"), LOST[:: amount(3, 1)])
 def test_a_lost_stop_is_repeated_within_the_announced_time(begin, what, stop, firmware):
     arm = ready(firmware=firmware)
     begin(arm)
@@ -947,8 +944,7 @@ def homing(firmware, for_s=1.0, **values):
     return arm, task
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
-@pytest.mark.parametrize("what", [rb"\x18", "message", "nothing"])
+@in_pairs("firmware, what", HOME_SINGLE_AXES, [rb"\x18", "message", "nothing"])
 def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, what):
     arm, task = homing(firmware)
     assert arm.twin.device.moving
@@ -967,8 +963,7 @@ def to_the_switch_s(firmware):
     return arm.status.time_s - began_s
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
-@pytest.mark.parametrize("waited_s", [0.0, 0.2])
+@in_pairs("firmware, waited_s", HOME_SINGLE_AXES[:: amount(2, 1)], [0.0, 0.2])
 def test_a_stop_ends_homing_that_waits_at_a_switch(firmware, waited_s):
     arm, task = homing(firmware)
     arm.sleep(to_the_switch_s(firmware) - 0.01)
@@ -1017,8 +1012,7 @@ def reset_instead(arm):
     arm.twin.link.to.append(Rule(rb"\x18", press))
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("after_s", [0.003, 0.006])
+@in_pairs("firmware, after_s", FIRMWARES, [0.003, 0.006])
 def test_a_greeting_that_comes_late_is_no_answer_to_a_stop(firmware, after_s):
     arm = at_zeros(firmware=firmware)
     handle = arm.move_j(base_deg=40, wait=False)

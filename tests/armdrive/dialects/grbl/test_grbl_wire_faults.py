@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from amounts import amount
 from faults import OVER_THE_TABLE, Rule, becoming, honest, instead, lost, without_byte
 from grbl_arm import (
     FIRMWARES,
@@ -22,7 +23,7 @@ from grbl_arm import (
 
 from armdrive import Arm, Jog, Pose
 from armdrive.connect.parts import connect_simulated
-from armdrive.errors import ArmError, DeviceFault, NoAnswer, SettingsDiffer, Stopped
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Stopped
 from armdrive.registry import simulate
 from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Evidence, State, Trust
@@ -76,7 +77,7 @@ DISTURBED = [
 
 @pytest.mark.parametrize(
     ("side", "start", "skip", "change"),
-    [(*row, change) for *row, changes in DISTURBED for change in changes],
+    [(*row, change) for *row, changes in DISTURBED for change in changes][:: amount(2, 1)],
 )
 def test_a_disturbed_answer_costs_only_time_and_a_disturbed_motion_is_noticed(
     side, start, skip, change
@@ -89,7 +90,7 @@ def test_a_disturbed_answer_costs_only_time_and_a_disturbed_motion_is_noticed(
     assert not faulty or start in (MOTION, JOG)
 
 
-@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("firmware", FIRMWARES[amount(2, 0) :])
 def test_a_refused_motion_spoils_no_later_one(firmware):
     """grblHAL refuses all g-code after a refused line, also after the one that follows a jog."""
     arm = ready(firmware=firmware)
@@ -240,21 +241,10 @@ A_HUNDRED_BECOMES_TEN = without_byte(3)
 """The rest of a damaged `$100=` changes $10, the contents of reports."""
 
 
-def connected(times):
-    return over(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
-
-
 def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
-    arm = connected(times=1)
+    arm = over(Rule(rb"\$100=", A_HUNDRED_BECOMES_TEN))
     assert arm.parts.core.differences == ()
     arm.jog_j(base_deg=1.0)
-
-
-def test_a_setting_that_differs_whenever_it_is_read_does():
-    arm = connected(times=99)
-    assert arm.parts.core.differences
-    with pytest.raises(SettingsDiffer):
-        arm.jog_j(base_deg=1.0)
 
 
 # -- Stray characters in the board's input line: no damaged line is executed -----------------------
@@ -277,7 +267,7 @@ def clearing_lines(arm):
     return sum(piece == CLEARING for _, piece in arm.twin.link.sent)
 
 
-@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS], ids=repr)
+@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS][:: amount(2, 1)], ids=repr)
 def test_a_poll_that_was_changed_on_the_idle_wire_spoils_no_motion(to):
     arm = ready()
     changed_poll(arm, to)
@@ -384,11 +374,6 @@ def test_a_clearing_line_that_is_lost_is_sent_again():
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_contact_leaves_a_clean_line():
-    arm = found()
-    assert not arm.parts.core.controller.board.polls.stray
-
-
 # -- A board that falls silent on an intact wire: how soon the driver notices, and how -------------
 
 LOOK_S = 0.01
@@ -452,8 +437,9 @@ def test_the_arm_file_says_how_long_a_board_may_be_mute():
     assert 2.4 <= noticed_s(arm) <= 2.5 + LOOK_S
 
 
-@pytest.mark.parametrize("begin", [begin_planned, begin_jog])
-@pytest.mark.parametrize(("call", "most_s"), [("request_stop", 1.5), ("estop", 4.0)])
+@pytest.mark.parametrize(
+    ("begin", "call", "most_s"), [(begin_planned, "request_stop", 1.5), (begin_jog, "estop", 4.0)]
+)
 def test_a_stop_of_a_mute_board_ends_as_well(begin, call, most_s):
     arm = ready()
     begin(arm)
