@@ -50,9 +50,9 @@ def legs(jog: Jog) -> Callable[[], object]:
         now_s = 0.0
         for index in range(CYCLES):
             wish = Wish(jog if index // 20 % 2 else back, 1.0)
-            found = course.propose(wish, here, CYCLE_S, now_s)
+            found = course.propose(wish, here, CYCLE_S)
             if isinstance(found, JogProposal):
-                course.take(found, now_s)
+                course.take(found)
                 here = found.leg.end
                 now_s += found.leg.duration_s
 

@@ -376,7 +376,7 @@ def _burst_rows() -> tuple[Row, ...]:
         *(Row("robko01", _P, cause, (0.0,), 2, **lost) for cause in whole[:3]),
         *(Row("robko01", _P, cause, (0.0,), 2) for cause in _DEATHS),
         Row("robko01", _P, Cause.PULLED, (0.008,), 2),
-        *(Row("robko01", _J, cause, (0.0,), 2) for cause in _ENDS),
+        *(Row("robko01", _J, cause, (0.0,), 2, way="half bursts") for cause in _ENDS),
         *(Row("armdroid", _P, cause, (0.0,), 2) for cause in whole),
         Row("armdroid", _P, Cause.PULLED, (0.02,), 2),
         *(

@@ -3,10 +3,9 @@
 This file decides who may jog (`require_allowed`) and how fast while the position is unknown
 (`capped`), and runs the session. Each leg of a held jog is decided by
 
-    course   the next leg, from all of the following, or why the jog ends
-    rates    how quickly a speed changes, what share of it can still brake in time, the full speed
-             of each axis, and what joints and motors can reach of it
-    bounds   how far a jog may go: limits, guards, postures
+    course   the next leg, or why the jog ends: the ramp, braking before bounds, what joints and
+             motors can reach; also the legs of an increment
+    bounds   the axes and the path of a jog, and how far it may go: limits, guards, postures
 
 How long a hold lasts without being renewed is in `arm.jogging`, for keys in `motion.dead_man`.
 """
@@ -30,7 +29,7 @@ from armdrive.motion.context import MotionContext, StreamedCourse, Way
 from armdrive.motion.execute import drive_legs, in_motion, next_share, paced_move
 from armdrive.motion.frames import axes_of
 from armdrive.motion.gripper import require_finger_motor
-from armdrive.motion.jog.bounds import JogEnded
+from armdrive.motion.jog.bounds import JogEnded, axis_names, full_speeds
 from armdrive.motion.jog.course import (
     JogCourse,
     JogIncrement,
@@ -39,7 +38,6 @@ from armdrive.motion.jog.course import (
     amounts_of,
     stride,
 )
-from armdrive.motion.jog.rates import Scale, axis_names
 from armdrive.motion.plan import SpeedLimits, audit
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, ContinuousJog, IncrementalJog, Jog, Space
 from armdrive.runtime.arm_state import Core
@@ -107,7 +105,7 @@ def require_allowed(core: Core, asked: ContinuousJog | IncrementalJog) -> None:
 
 def check_duration(core: Core, speeds: SpeedLimits, hold: ContinuousJog, duration_s: float) -> None:
     """Raise for a held jog that would take an axis further than its whole range."""
-    full = Scale(core.config, speeds).full(hold.jog.space)
+    full = full_speeds(core.config, speeds, hold.jog.space)
     shares = (hold.jog.amount(name) for name in axis_names(core.config, hold.jog.space))
     longest_s = capped(core, hold.speed) * duration_s
     _require_range(core, hold.jog, [a * b * longest_s for a, b in zip(shares, full, strict=True)])
@@ -194,7 +192,7 @@ def held_burst(context: MotionContext, course: JogCourse) -> TaskBody[bool]:
     found = None if hold is None else _fitting(context, course, hold)
     if found is None:
         return False
-    course.take(found, context.now_s)
+    course.take(found)
     leg = found.leg
     yield from paced_move(context, leg.end, leg.duration_s, lambda: not is_held(context))
     return True
@@ -219,7 +217,7 @@ def held_stream(context: MotionContext, course: JogCourse) -> TaskBody[bool]:
             if found is None:
                 ended = hold
                 return
-            course.take(found, context.now_s)
+            course.take(found)
             here = found.leg.end
             yield here, found.leg.duration_s
 
@@ -267,7 +265,7 @@ def _proposed(
     """Return the next leg of the held jog; None if it ends, with the reason in the notice."""
     core = context.core
     try:
-        found = course.propose(wish_of(core, hold), start, time_s, context.now_s)
+        found = course.propose(wish_of(core, hold), start, time_s)
         if isinstance(found, JogEnded):
             show_end(context, found)
             course.note = found.note
