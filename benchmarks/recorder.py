@@ -30,12 +30,11 @@ MOVE_DEG = 8.0
 class Ignoring:
     """Stands in for a recorder, and does nothing."""
 
-    def __getattr__(self, name: str) -> Callable[..., None]:
-        return _ignore
+    def __getattr__(self, name: str) -> Ignoring:
+        return self
 
-
-def _ignore(*_: object, **__: object) -> None:
-    pass
+    def __call__(self, *_: object, **__: object) -> None:
+        """Do nothing, whatever is called."""
 
 
 class Swapped:

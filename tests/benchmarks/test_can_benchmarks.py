@@ -39,7 +39,10 @@ def run(capsys, program, *words):
     return code, {(row["what"], row["unit"]): row for row in rows}
 
 
-@pytest.mark.parametrize(("strategy", "plain"), [("steered", "plain"), ("cyclic", "plain CiA")])
+@pytest.mark.parametrize(
+    ("strategy", "plain"),
+    [("steered", "plain"), *([("cyclic", "plain CiA")] if THOROUGH else [])],
+)
 def test_coordinated_drives_keep_their_path_and_others_leave_it(
     capsys, monkeypatch, strategy, plain
 ):
@@ -129,13 +132,14 @@ def test_rounds_of_targets_begin_with_sync_and_drives_are_held_to_the_one_before
 
 
 def test_codec_and_link_stand_beside_their_floors():
-    for measure in (can_codecs.mks, can_codecs.canopen, can_overhead.link):
+    for measure in (can_codecs.mks, *([can_codecs.canopen, can_overhead.link] if THOROUGH else [])):
         section = measure(rounds=20)
         assert all(row.value > 0.0 for row in section.rows)
         assert any(row.times for row in section.rows)
 
 
 @needs_pty
+@needs_a_quiet_computer
 def test_an_adapter_on_a_pty_is_slower_than_its_bus():
     floor, *measured = can_overhead.slcan(rounds=3).rows
     assert all(row.value > floor.value for row in measured)

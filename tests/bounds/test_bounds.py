@@ -6,7 +6,7 @@ Each row of the table is measured in simulated time, against the physical arm.
 from dataclasses import replace
 
 import pytest
-from amounts import every_row
+from amounts import THOROUGH, every_row
 
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
@@ -16,8 +16,12 @@ from armdrive.status import State
 from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, stand_of, start_of
 from .stand import Stand
 
+TODAY = [row for row in ROWS if THOROUGH or row.cause not in (Cause.EXPIRY, Cause.SUSPENDED)]
+"""A hold that expires is announced and ends as one that is released, a suspended program as a dead
+one. Every dialect's are measured with THOROUGH=1."""
 
-@pytest.mark.parametrize("row", ROWS, ids=str)
+
+@pytest.mark.parametrize("row", TODAY, ids=str)
 def test_the_worst_case_keeps_its_bound_and_reaches_half_of_it(row: Row) -> None:
     found = [measure(row, after_s) for after_s in row.after_s]
     for after_s, each in zip(row.after_s, found, strict=True):

@@ -1,11 +1,10 @@
-"""Results as plain text: a line for each row, mission, motion and stop."""
+"""Results as plain text: a line for each row, motion and stop."""
 
 from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import RowResult, Verdict
 
 from .measuring import BoardMotion, Measured, Stopped
-from .missions import MissionResult
 
 KEEPS_PACE = 0.98
 """Below this ratio of simulated to real time, measurements are distorted."""
@@ -25,21 +24,6 @@ def row_summary(results: Sequence[RowResult]) -> str:
         for verdict, word in WORDS.items()
     )
     return ", ".join(counts)
-
-
-def mission_line(result: MissionResult) -> str:
-    """Return the line of one mission, with its log if it broke a promise."""
-    faults = ", ".join(result.faults) or "no fault"
-    if not result.broken:
-        return f"mission {result.seed}: kept ({faults})"
-    return "\n    ".join([f"mission {result.seed}: BROKEN ({faults})", *result.log])
-
-
-def mission_summary(results: Sequence[MissionResult]) -> str:
-    """Count the missions."""
-    faulted = sum(bool(each.faults) for each in results)
-    broken = sum(bool(each.broken) for each in results)
-    return f"{len(results)} missions, {faulted} with faults, {broken} with a broken promise"
 
 
 def pace_line(ratio: float) -> str:

@@ -1,13 +1,13 @@
-"""Measure the driver against real firmware: rows, missions, durations and stops.
+"""Measure the driver against real firmware: rows, durations and stops.
 
     python -m tests.firmware --mega5x mega.elf --robko robko.elf
     python -m tests.firmware --mega5x mega.elf --rows --only "a joint motion"
-    python -m tests.firmware --mega5x mega.elf --missions 100 --seed 1 --json mega.json
+    python -m tests.firmware --mega5x mega.elf --stops --json mega.json
     python -m tests.firmware --port /dev/ttyUSB0 --dialect grbl --rows --timing
 
-Images are ELF files that you have built; the project contains none. Without --rows, --missions,
---timing or --stops, all four run. See docs/background/testing.md. Exit code 1: something was not as
-promised; 2: nothing could be measured.
+Images are ELF files that you have built; the project contains none. Without --rows, --timing or
+--stops, all three run. See docs/background/testing.md. Exit code 1: something was not as promised;
+2: nothing could be measured.
 """
 
 import argparse
@@ -28,11 +28,9 @@ from . import report
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
 from .measuring import board_motions, board_stops, durations, stops
-from .missions import FirmwareMission
 from .pace import NoSimulator
 from .rigs import Rig, of_image, of_port, own_home, simulated
 
-MISSIONS = 10
 AXES = "XYZABC"
 T = TypeVar("T")
 
@@ -53,8 +51,6 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     add("--simulated", choices=list(DIALECTS), help="the simulated board, in simulated time")
     flag("--rows", help="the rows of the conformance table")
     add("--only", default="", metavar="TEXT", help="rows whose name contains TEXT")
-    add("--missions", type=int, metavar="N", help="run N missions with faults")
-    add("--seed", type=int, default=0, help="the seed of the first mission")
     flag("--timing", help="how long motions take")
     flag("--stops", help="how soon the arm stands after a stop")
     add("--json", metavar="FILE", type=Path, help="also write all results to FILE")
@@ -63,9 +59,8 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
         parser.error("--port needs --dialect: nothing is sent to find out")
     if not (chosen.port or chosen.simulated or any(_images(chosen))):
         parser.error(f"name an image (--{', --'.join(BOARDS)}), a --port, or --simulated")
-    if not (chosen.rows or chosen.only or chosen.missions or chosen.timing or chosen.stops):
+    if not (chosen.rows or chosen.only or chosen.timing or chosen.stops):
         chosen.rows = chosen.timing = chosen.stops = True
-        chosen.missions = MISSIONS
     return chosen
 
 
@@ -96,7 +91,7 @@ class Run:
         """Run the chosen measurements."""
         say(f"== {self._rig.name}")
         if self._rig.lacking:
-            say(f"rows, missions and motions of an arm: not applicable: {self._rig.lacking}")
+            say(f"rows and motions of an arm: not applicable: {self._rig.lacking}")
             self.found["lacking"] = self._rig.lacking
             self.board_alone()
             return
@@ -119,8 +114,6 @@ class Run:
             if self._rig.real and self.broken:
                 say("ended: look at the arm, bring it to its reference posture, and start again")
                 return
-        if self._chosen.missions:
-            self.missions()
         if self._chosen.timing:
             self.timing()
         if self._chosen.stops:
@@ -146,22 +139,6 @@ class Run:
         say(report.row_summary(results))
         self.broken |= any(each.verdict is Verdict.BROKEN for each in results)
         self.found["rows"] = [asdict(each) | {"verdict": each.verdict.name} for each in results]
-
-    def missions(self) -> None:
-        """Run missions with faults."""
-        say("-- missions")
-        if self._rig.real:
-            say("not applicable: faults need a control port")
-            return
-        results = []
-        for seed in range(self._chosen.seed, self._chosen.seed + self._chosen.missions):
-            with self._rig.home(), self._rig.make() as bench:
-                results.append(FirmwareMission(bench, seed).run())
-            say(report.mission_line(results[-1]))
-            self._pace(quiet=True)
-        say(report.mission_summary(results))
-        self.broken |= any(each.broken for each in results)
-        self.found["missions"] = [asdict(each) for each in results]
 
     def timing(self) -> None:
         """Measure durations on the device, and on the simulated board in simulated time."""

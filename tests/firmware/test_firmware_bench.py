@@ -26,7 +26,6 @@ from . import avr_bench, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X, AvrBoard, Coil
 from .control import commands_of
 from .measuring import MOTIONS, Step, StepLog, Stopped, durations, stops
-from .missions import FirmwareMission
 from .rigs import simulated
 from .run import main
 
@@ -104,17 +103,14 @@ def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys, monkeypatch):
     assert "wire host lose next 0 0" in control.heard
 
 
-def test_rows_and_missions_on_a_simulated_board(tmp_path, capsys):
+def test_rows_on_a_simulated_board(tmp_path, capsys):
     found = tmp_path / "found.json"
-    words = ["--only", JOINT_MOTION, "--missions", "2", "--seed", "2", "--json", str(found)]
+    words = ["--only", JOINT_MOTION, "--json", str(found)]
     assert main(["--simulated", "grbl", *words]) == 0
     told = capsys.readouterr().out
     assert f"{JOINT_MOTION}, and its read-back says so" in told
-    assert "2 missions" in told
     (rig,) = json.loads(found.read_text())
     assert all(each["verdict"] == Verdict.KEPT.name for each in rig["rows"])
-    assert [each["broken"] for each in rig["missions"]] == ["", ""]
-    assert any(each["faults"] for each in rig["missions"])
 
 
 def test_durations_on_a_simulated_board():
@@ -147,17 +143,6 @@ def test_a_stop_beyond_its_bound_is_reported():
 def test_a_computer_that_is_too_slow_is_reported():
     assert "WARNING" in report.pace_line(0.9)
     assert "WARNING" not in report.pace_line(0.995)
-
-
-def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
-    """A driver that keeps every position referenced does not pass."""
-    monkeypatch.setattr(FirmwareMission, "_act", lambda self, arm, *_: self._check_trust(arm))
-    rig = simulated("grbl")
-    with rig.make() as bench:
-        bench.ready()
-        monkeypatch.setattr(bench, "ready", lambda: bench.arm)
-        bench.twin.world.drive_to([0] * len(AXES))
-        assert "but the motors stand at" in FirmwareMission(bench, 0).run().broken
 
 
 AVR_BOARDS = [board for board in BOARDS.values() if isinstance(board, AvrBoard)]

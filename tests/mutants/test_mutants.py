@@ -142,6 +142,9 @@ def test_each_mutant_gets_its_verdict(tried, toy):
         mutant("no such text", LESS, SUM, ADDS),
         mutant("a text that is there twice", "    return a", "    return 0", ADDS),
         mutant("nothing changed", SUM, SUM, ADDS),
+        mutant("no such test", SUM, LESS, "test_toy.py::test_nothing"),
+        mutant("noticed by another test", SUM, LESS, MULTIPLIES),
+        words=["--everything"],
     )
     found = {trial["name"]: trial["verdict"] for trial in trials}
     assert found == {
@@ -154,18 +157,15 @@ def test_each_mutant_gets_its_verdict(tried, toy):
         "no such text": "broken",
         "a text that is there twice": "broken",
         "nothing changed": "broken",
+        "no such test": "broken",
+        "noticed by another test": "killed",
     }
     said = {trial["name"]: trial["words"] for trial in trials}
     assert (said["subtracts"], said["multiplies"]) == (ADDS, ADDS_NOTHING)
+    assert said["noticed by another test"] == ADDS
+    assert "test_nothing" in said["no such test"]
     assert code == 1
     assert (toy / "toy" / "sums.py").read_text(encoding="utf-8") == CODE
-
-
-def test_everything_finds_the_test_that_notices(tried):
-    row = mutant("subtracts", SUM, LESS, MULTIPLIES)
-    code, trials = tried(row, words=["--everything"])
-    assert code == 0, trials  # an error message if nothing was tried
-    assert [trial["words"] for trial in trials] == [ADDS]
 
 
 def test_tests_that_fail_without_a_mutant_prove_nothing(tried, toy):
@@ -173,12 +173,6 @@ def test_tests_that_fail_without_a_mutant_prove_nothing(tried, toy):
     code, words = tried(mutant("subtracts", SUM, LESS, ADDS))
     assert code == 2
     assert ADDS in words
-
-
-def test_a_missing_test_is_named(tried):
-    code, (trial,) = tried(mutant("subtracts", SUM, LESS, "test_toy.py::test_nothing"))
-    assert (code, trial["verdict"]) == (1, "broken")
-    assert "test_nothing" in trial["words"]
 
 
 def test_mutants_are_listed_and_chosen_by_a_text(toy, capsys):
