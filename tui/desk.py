@@ -14,7 +14,7 @@ before another screen or a dialog opens.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
@@ -59,7 +59,7 @@ from tui.safety import (
     without_link,
 )
 from tui.settings import DeskSettings
-from tui.terminal import KeyUp, on_ending_signals, send_changed_spans
+from tui.terminal import KeyUp, on_ending_signals
 from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
@@ -294,11 +294,6 @@ class ArmControl:
         desk.dialogs.open(dialog, answered)
 
 
-def size_class(cells: int, breakpoints: Sequence[tuple[int, str]]) -> str:
-    """Return the class that the framework gives a screen of this width or height."""
-    return [name for least, name in breakpoints if cells >= least][-1]
-
-
 class DeskScreen(Screen[None]):
     """One screen of the desk. At first no widget has the focus."""
 
@@ -310,19 +305,6 @@ class DeskScreen(Screen[None]):
     """The jogging of this screen; None if it has no jog keys."""
 
     _laid_out = False
-
-    def __init__(self) -> None:
-        super().__init__()
-        send_changed_spans(self)
-        # otherwise the framework styles the previous screen and this one again when this one opens
-        self._css_update_count = self.app._css_update_count  # noqa: SLF001
-        # and every widget once more after it has seen the size of the screen
-        width, height = self.app.size
-        self.add_class(
-            size_class(width, self.desk.HORIZONTAL_BREAKPOINTS),
-            size_class(height, self.desk.VERTICAL_BREAKPOINTS),
-            update=False,
-        )
 
     @property
     def desk(self) -> Desk:

@@ -42,14 +42,14 @@ These fill the ground of a word. Text on the ground of the screen has the theme'
 and so on, which can be read in a light look too.
 """
 
-BADGES: Mapping[str, Span] = {
-    State.DISCONNECTED.value: ("LINK LOST", WRONG),
-    State.ERROR_STOP.value: ("ERROR", WRONG),
-    State.DISABLED.value: ("DISABLED", QUIET),
-    State.STANDBY.value: ("READY", GOOD),
-    State.HOMING.value: ("HOMING", BUSY),
-    State.MOVING.value: ("MOVING", BUSY),
-    State.STOPPING.value: ("STOPPING", CAREFUL),
+BADGES: Mapping[State, Span] = {
+    State.DISCONNECTED: ("LINK LOST", WRONG),
+    State.ERROR_STOP: ("ERROR", WRONG),
+    State.DISABLED: ("DISABLED", QUIET),
+    State.STANDBY: ("READY", GOOD),
+    State.HOMING: ("HOMING", BUSY),
+    State.MOVING: ("MOVING", BUSY),
+    State.STOPPING: ("STOPPING", CAREFUL),
 }
 """The one word for each state, and its colour."""
 
@@ -66,11 +66,11 @@ LEADS_OUT: Mapping[State, str] = {
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
 
-DOTS: Mapping[str, Span] = {
-    Trust.REFERENCED.value: ("\N{BLACK CIRCLE}", "$text-success"),
-    Trust.RESTORED.value: ("\N{BLACK CIRCLE}", "$text-warning"),
-    Trust.SUSPECT.value: ("\N{BLACK CIRCLE}", "$text-error"),
-    Trust.UNKNOWN.value: ("\N{WHITE CIRCLE}", QUIET),
+DOTS: Mapping[Trust, Span] = {
+    Trust.REFERENCED: ("\N{BLACK CIRCLE}", "$text-success"),
+    Trust.RESTORED: ("\N{BLACK CIRCLE}", "$text-warning"),
+    Trust.SUSPECT: ("\N{BLACK CIRCLE}", "$text-error"),
+    Trust.UNKNOWN: ("\N{WHITE CIRCLE}", QUIET),
 }
 
 
@@ -107,44 +107,38 @@ def safety_state(
     `says` follows the badge. `reconnects` means that the arm reconnects by itself; `paused_at` is
     the screen that paused the arm; `spoken` puts a sentence into the words of the desk.
     """
-    badge = badge_of(status.state.value, status.current.value, paused=status.paused)
-    if armed and badge == BADGES[State.STANDBY.value]:
+    badge = badge_of(status)
+    if armed and badge == BADGES[State.STANDBY]:
         badge = ARMED
     forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
     return SafetyState(
-        arm="  ".join(filter(None, (status_title(status), program))),
+        arm=titled_arm(status, program),
         real=not status.simulated,
         badge=badge,
         says=says,
         forbids=spoken(forbids),
-        dot=DOTS[status.trust.value],
+        dot=DOTS[status.trust],
         position=spoken(position_text(status, keys)),
-        stopping=stopping_text(
-            status.state.value,
-            stop=(status.stop_distance_mm, status.stop_time_s),
-            silent=(status.silent_distance_mm, status.silent_time_s),
-        ),
+        stopping=stopping_text(status),
     )
 
 
-def badge_of(state: str, current: str, *, paused: bool) -> Span:
+def badge_of(status: Status) -> Span:
     """Return the badge of a state; a pause is shown only where the arm could move without it."""
-    if (state, current) == (State.DISABLED.value, Current.OFF.value):
+    if status.state is State.DISABLED and status.current is Current.OFF:
         return MOTORS_OFF
-    return PAUSED if paused and State(state) not in IMMOBILE else BADGES[state]
+    return PAUSED if status.paused and status.state not in IMMOBILE else BADGES[status.state]
 
 
-def status_title(status: Status) -> str:
-    """Say whether the arm is real, which it is, and how a real one is linked."""
-    name = arm_name(status.arm, status.title, "" if status.simulated else status.link)
-    return f"SIMULATED: {name}" if status.simulated else f"REAL ARM: {name}"
+def titled_arm(status: Status, program: str, watched: str = "") -> str:
+    """Say whether the arm is real, which it is, how a real one is linked, and what it runs.
 
-
-def arm_name(arm: str, title: str, link: str) -> str:
-    """Name an arm and its link, if it has one; an arm that is named by its port only once."""
-    named_by_port = bool(link) and link.startswith(arm.partition("?")[0])
-    name = title if named_by_port else f"{arm} ({title})"
-    return f"{name} on {link}" if link else name
+    An arm that is named by its port is named only once.
+    """
+    kind, link = ("SIMULATED", "") if status.simulated else ("REAL ARM", status.link)
+    named_by_port = bool(link) and link.startswith(status.arm.partition("?")[0])
+    name = status.title if named_by_port else f"{status.arm} ({status.title})"
+    return f"{kind}{watched}: {name}{f' on {link}' if link else ''}  {program}".rstrip()
 
 
 def position_text(status: Status, keys: Keyboard) -> str:
@@ -180,15 +174,16 @@ def bound_text(distance_mm: float, time_s: float) -> str:
     return f"{farthest(distance_mm)}, {longest(time_s)}"
 
 
-def stopping_text(state: str, *, stop: tuple[float, float], silent: tuple[float, float]) -> str:
+def stopping_text(status: Status) -> str:
     """Say how far and how long the tip goes on at most, after a stop or after a lost link.
 
-    `stop` and `silent` are the bounds of the two, in mm and s: for the motion under way, or for the
-    fastest one while none is planned. The present speed is known to the controller alone.
+    That is for the motion under way, or for the fastest one while none is planned. The present
+    speed is known to the controller alone.
     """
-    if state == State.DISCONNECTED.value:
-        return f"NO STOP REACHES IT; it ends by itself within {bound_text(*silent)}"
-    return f"a stop takes up to {bound_text(*stop)}"
+    if status.state is State.DISCONNECTED:
+        silent = bound_text(status.silent_distance_mm, status.silent_time_s)
+        return f"NO STOP REACHES IT; it ends by itself within {silent}"
+    return f"a stop takes up to {bound_text(status.stop_distance_mm, status.stop_time_s)}"
 
 
 def without_link(status: Status) -> str:
@@ -319,7 +314,7 @@ class SafetyPanel(Horizontal):
         text_of(self, "state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
         text_of(self, "trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
         facts = [state.stopping, *([settings] if settings else [])]
-        lost = state.badge == BADGES[State.DISCONNECTED.value]
+        lost = state.badge == BADGES[State.DISCONNECTED]
         text_of(self, "stopping").show((FACT_GAP.join(facts), "bold" if lost else "dim"))
         self.set_class(state.real, "-real")
         self.set_class(lost, "-lost")

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from textual.theme import Theme
 
@@ -19,7 +19,6 @@ from armdrive.storage.files import DISK, replace_file
 from tui.keys.table import JOG_PAIRS, MM_AXES, JogPair
 
 Number = TypeVar("Number", int, float)
-T = TypeVar("T")
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Sizes of one step, in degrees for angles and mm for the rest."""
@@ -197,9 +196,6 @@ MOST_ARMS = 40
 """The desk forgets the arms that it has not seen for the longest time."""
 
 
-MODES = (Space.JOINT.value, Space.CARTESIAN.value)
-"""What the modes are called in the file, by whether they are Cartesian."""
-
 ArmMemory = Mapping[str, object]
 """What was set on one arm, by name. `restored` takes of it what makes sense for the arm."""
 
@@ -268,41 +264,37 @@ def remember(path: Path, what: DeskMemory) -> None:
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
+REMEMBERED: Mapping[str, tuple[str, Sequence[object]]] = {
+    "cartesian": ("jog", (False, True)),
+    "step_deg": ("jog", INCREMENTS),
+    "step_mm": ("jog", INCREMENTS),
+    "speed": ("jog", SPEEDS),
+    "move_cartesian": ("move", (False, True)),
+    "move_speed": ("move", SPEEDS),
+}
+"""What is remembered of an arm's desk: whose setting it is, and the values that make sense."""
+
+
 def remembered(jog: JogSettings, move: MoveSettings) -> ArmMemory:
     """Return what is to be remembered of an arm's desk."""
-    return {
-        "mode": MODES[jog.cartesian],
-        "frame": jog.frame,
-        "step_deg": jog.step_deg,
-        "step_mm": jog.step_mm,
-        "speed": jog.speed,
-        "move_mode": MODES[move.cartesian],
-        "move_speed": move.speed,
+    parts: Mapping[str, object] = {"jog": jog, "move": move}
+    values = {
+        name: getattr(parts[part], name.removeprefix("move_"))
+        for name, (part, _) in REMEMBERED.items()
     }
+    return {**values, "frame": jog.frame}
 
 
 def restored(
     jog: JogSettings, move: MoveSettings, left: ArmMemory
 ) -> tuple[JogSettings, MoveSettings]:
     """Return both with what was left in them, as far as this arm and the desk have it now."""
-
-    def kept(name: str, choices: Sequence[T], otherwise: T) -> T:
-        return next((each for each in choices if each == left.get(name)), otherwise)
-
-    return (
-        replace(
-            jog,
-            cartesian=kept("mode", MODES, MODES[jog.cartesian]) == MODES[True],
-            frame=kept("frame", jog.frames, jog.frame),
-            step_deg=kept("step_deg", INCREMENTS, jog.step_deg),
-            step_mm=kept("step_mm", INCREMENTS, jog.step_mm),
-            speed=kept("speed", SPEEDS, jog.speed),
-        ),
-        MoveSettings(
-            cartesian=kept("move_mode", MODES, MODES[move.cartesian]) == MODES[True],
-            speed=kept("move_speed", SPEEDS, move.speed),
-        ),
-    )
+    found: dict[str, dict[str, Any]] = {"jog": {}, "move": {}}
+    for name, (part, choices) in {**REMEMBERED, "frame": ("jog", jog.frames)}.items():
+        for each in choices:
+            if each == left.get(name):
+                found[part][name.removeprefix("move_")] = each
+    return replace(jog, **found["jog"]), replace(move, **found["move"])
 
 
 class DeskSettings:

@@ -3,8 +3,7 @@
 Works around the framework's own drivers, each time with the reason. Signals that end the program
 belong here as well: one of them says that the terminal was closed.
 
-`KeyApp.get_driver_class` makes every app use `lasting_driver`; a `DeskScreen` calls
-`send_changed_spans`.
+`KeyApp.get_driver_class` makes every app use `lasting_driver`.
 """
 
 from __future__ import annotations
@@ -19,15 +18,12 @@ import sys
 from collections.abc import Callable, Iterable
 from typing import IO, Any
 
-from rich.console import Console
 from rich.segment import Segment
-from textual._compositor import ChopsUpdate, Compositor
 from textual._xterm_parser import XTermParser
 from textual.color import Color
 from textual.driver import Driver
 from textual.filter import LineFilter
 from textual.message import Message
-from textual.screen import Screen
 
 if sys.platform != "win32":
     import termios
@@ -246,41 +242,3 @@ def forget_a_closed_terminal() -> None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())
             os.close(nowhere)
-
-
-# Sending only the spans that changed, not each row from its beginning. When a widget asks for a
-# part of a row to be painted again, the framework finds the row's part, but crops it on the right
-# only (`ChopsUpdate.render_segments`, "crop to x extents"). A picture in which a little changes in
-# many rows then costs three times as many bytes.
-
-
-class SpansUpdate(ChopsUpdate):
-    """Spans of rows, cropped on both sides."""
-
-    def render_segments(self, console: Console) -> str:
-        """Return what is to be written to the terminal."""
-        written: list[str] = []
-        for y, left, right in self.spans:
-            for end, (x, strip) in zip(self.chop_ends[y], self.chops[y].items(), strict=False):
-                first, last = max(x, left), min(end, right)
-                if strip is None or first >= last:
-                    continue
-                written.append(f"\x1b[{y + 1};{first + 1}H")
-                written.append(strip.crop(first - x, last - x).render(console))
-        return "".join(written)
-
-
-class SpansCompositor(Compositor):
-    """The framework's compositor with partial updates of its own."""
-
-    def render_partial_update(self) -> ChopsUpdate | None:
-        """Return what changed since the last update, None where nothing did."""
-        update = super().render_partial_update()
-        if update is None:
-            return None
-        return SpansUpdate(update.chops, update.spans, update.chop_ends)
-
-
-def send_changed_spans(screen: Screen[Any]) -> None:
-    """Make a screen that is not shown yet send spans from now on."""
-    screen._compositor = SpansCompositor()  # noqa: SLF001 - there is no other way in

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, cast
@@ -22,7 +23,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
-from armdrive.status import LABEL, STATUS_FIELDS, Trust, status_rows
+from armdrive.status import LABEL, STATUS_FIELDS, Current, State, Status, Trust, status_rows
 from armdrive.storage.lock_client import ask_holder, follow_holder
 from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
@@ -39,10 +40,10 @@ from tui.safety import (
     SafetyPanel,
     SafetyState,
     View,
-    arm_name,
     badge_of,
     progress_of,
     stopping_text,
+    titled_arm,
 )
 from tui.settings import memory_file, neighbour, recall
 from tui.widgets import (
@@ -61,31 +62,46 @@ PERCENTS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
 
 
-def watched_state(name: str, view: View, ended: str) -> SafetyState:
-    """Return what is known about an arm that another program drives."""
-    if not view:
-        badge = ("LOST", WRONG) if ended else ("WAITING", QUIET)
-        return SafetyState(f"WATCHING {name}", False, badge, "", ended, DOTS["unknown"], "", "")
-    simulated, trust = view["simulated"], view["trust"]
-    # as in the title of a desk, a simulated arm has no link
-    kind, link = ("SIMULATED", "") if simulated else ("REAL ARM", view["link"])
-    arm = f"{kind}, WATCHED: {arm_name(name, view['title'], link)}"
-    reason = "" if trust == Trust.REFERENCED.value else f": {view['trust_reason']}"
-    stop = stopping_text(
-        view["state"],
-        stop=(view["stop_distance_mm"], view["stop_time_s"]),
-        silent=(view["silent_distance_mm"], view["silent_time_s"]),
+SHOWN_ALIKE = (
+    "arm", "title", "link", "dialect", "simulated", "trust_reason", "gripper_mm", "paused",
+    "speed_override", "stop_time_s", "stop_distance_mm", "silent_time_s", "silent_distance_mm",
+)  # fmt: skip
+"""What a status and a report have under the same name and in the same unit."""
+
+
+def status_of(view: View, model: ArmModel) -> Status:
+    """Return the status that another program reports, as far as it is shown here.
+
+    The posture is not known if it is of another arm than the file here describes.
+    """
+    names, angles = model.arm.joint_names, view["joints"] or {}
+    joints = None
+    if set(angles) == {f"{name}_deg" for name in names}:
+        joints = Joints(tuple(math.radians(angles[f"{name}_deg"]) for name in names), names)
+    return Status(
+        **{name: view[name] for name in SHOWN_ALIKE},
+        state=State(view["state"]),
+        trust=Trust(view["trust"]),
+        current=Current(view["current"]),
+        joints=joints,
     )
-    badge = badge_of(view["state"], view["current"], paused=view["paused"])
+
+
+def watched_state(name: str, status: Status | None, program: str, ended: str) -> SafetyState:
+    """Return what is known about an arm that another program drives; `ended` says why no more."""
+    if status is None:
+        badge, dot = ("LOST", WRONG) if ended else ("WAITING", QUIET), DOTS[Trust.UNKNOWN]
+        return SafetyState(f"WATCHING {name}", False, badge, "", ended, dot, "", "")
+    reason = "" if status.trust is Trust.REFERENCED else f": {status.trust_reason}"
     return SafetyState(
-        arm="  ".join(filter(None, (arm, progress_of(view.get("program") or {})))),
-        real=not simulated,
-        badge=("NOT WATCHED", WRONG) if ended else badge,
+        arm=titled_arm(replace(status, arm=name), program, ", WATCHED"),
+        real=not status.simulated,
+        badge=("NOT WATCHED", WRONG) if ended else badge_of(status),
         says="another program drives it",
         forbids=ended,
-        dot=DOTS[trust],
-        position=f"position {trust}{reason}",
-        stopping=NO_STOP if ended else stop,
+        dot=DOTS[status.trust],
+        position=f"position {status.trust.value}{reason}",
+        stopping=NO_STOP if ended else stopping_text(status),
     )
 
 
@@ -173,20 +189,14 @@ class WatchScreen(Screen[None]):
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
         app = self.watching
-        self.query_one(SafetyPanel).show(watched_state(app.arm_name, view, ended))
-        self.query_one(ProgramLines).show_program(self._program.lines(view.get("program")))
+        status, program = status_of(view, app.model) if view else None, view.get("program") or {}
+        state = watched_state(app.arm_name, status, progress_of(program), ended)
+        self.query_one(SafetyPanel).show(state)
+        self.query_one(ProgramLines).show_program(self._program.lines(program))
         text_of(self, "watched").show(lines(view))
         fill_frame(self, message, app.keys.next_keys("watch", app.idle))
-        self.query_one(SpaceView).show(moment(view, app.model))
-
-
-def moment(view: View, model: ArmModel) -> Moment:
-    """Return the posture to draw, from the status that another program reports."""
-    names, angles = model.arm.joint_names, view.get("joints") or {}
-    if set(angles) != {f"{name}_deg" for name in names}:
-        return Moment()  # not known, or of another arm than the file here describes
-    joints = Joints(tuple(math.radians(angles[f"{name}_deg"]) for name in names), names)
-    return Moment(joints, view["gripper_mm"])
+        shown = Moment() if status is None else Moment(status.joints, status.gripper_mm)
+        self.query_one(SpaceView).show(shown)
 
 
 GIVEN_BACK = "the program has released the arm"

@@ -15,7 +15,7 @@ from textual.widget import Widget
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
-from tui.keys.keyboard import KEYS_LAST, OWN_KEPT, PAIRS, Keyboard, short_label
+from tui.keys.keyboard import PAIRS, Keyboard, short_label
 from tui.keys.table import SCREENS, DeskKey
 
 Span = tuple[str, str]
@@ -189,6 +189,10 @@ class KeyGroup:
         keys = [short_label(row.keys[0]) for row in self.rows]
         return (*(f"{key} " for key in keys[:-1]), f"{keys[-1]} {self.name}{KEY_GAP}")
 
+    def width(self) -> int:
+        """Return the number of cells, the gap included."""
+        return sum(map(len, self.texts))
+
 
 def grouped(rows: Sequence[DeskKey]) -> list[KeyGroup]:
     """Return these rows with the pairs among them in one group each."""
@@ -231,7 +235,7 @@ class KeyLine(PlainText):
             return
         self._offered = offered
         groups = grouped(rows)
-        while _width(groups) > width and len(groups) > 1:
+        while sum(map(KeyGroup.width, groups)) - len(KEY_GAP) > width and len(groups) > 1:
             groups.remove(_least(groups))
         self.show_words(
             (row.id, [(key, "bold $text-primary"), (f"{gap}{name}", "")])
@@ -273,16 +277,9 @@ class ScreenTabs(KeyLine):
 
 
 def _least(groups: Sequence[KeyGroup]) -> KeyGroup:
-    """Return the group that can be missed first."""
-    shared = {group.rows[0].id: group for group in groups if group.rows[0].id in KEYS_LAST}
-    own = [group for group in groups[1:] if group.rows[0].id not in shared]
-    if len(own) <= OWN_KEPT and "palette" in shared:
-        return shared["palette"]
-    return own[-1] if own else groups[-1]
-
-
-def _width(groups: Sequence[KeyGroup]) -> int:
-    return sum(len(text) for group in groups for text in group.texts) - len(KEY_GAP)
+    """Return the group that can be missed first: the commands, then the last of a screen's own."""
+    spare = [group for group in groups[1:] if group.rows[0].id not in ("help", "quit")]
+    return spare[-1] if spare else groups[-1]
 
 
 def framed(head: Iterable[Widget], body: Iterable[Widget]) -> ComposeResult:

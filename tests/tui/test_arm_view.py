@@ -8,6 +8,7 @@ import pytest
 from desk_fake import MODEL, Clock
 from pages import page_path
 from rich.console import Console
+from textual._compositor import ChopsUpdate
 from textual.app import App
 from textual.events import MouseScrollUp
 
@@ -19,7 +20,6 @@ from kinematics.guards.shapes import Box
 from tui.arm_view import CLEAR, REST_S, SpaceView, move_cameras
 from tui.keys.keyboard import label
 from tui.keys.table import VIEW_KEYS
-from tui.terminal import SpansUpdate, send_changed_spans
 
 TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
 GUARDED = replace(
@@ -50,11 +50,6 @@ class Viewer(App):
         self.painted = []
         self.begun = False
 
-    def get_default_screen(self):
-        screen = super().get_default_screen()
-        send_changed_spans(screen)
-        return screen
-
     def compose(self):
         yield self.view
 
@@ -66,7 +61,7 @@ class Viewer(App):
         self.begun = True
 
     def _display(self, screen, renderable):
-        if isinstance(renderable, SpansUpdate):
+        if isinstance(renderable, ChopsUpdate):
             self.painted.append(renderable.render_segments(Console(file=io.StringIO())))
         super()._display(screen, renderable)
 
@@ -115,47 +110,6 @@ async def test_a_small_motion_repaints_a_small_part_of_the_screen():
         assert app.painted
         assert 0 < sum(len(text) for text in app.painted) < 4000
         assert sum(text.count("\x1b[") for text in app.painted) < 200
-
-
-async def test_spans_paint_what_a_whole_repaint_shows():
-    app = Viewer()
-    async with app.run_test(size=(80, 24)) as pilot:
-        await settled(pilot)
-        screen = Terminal(80, 24, app.view.rows)
-        for step in range(1, 12):
-            app.painted.clear()
-            app.view.show(Moment(posture(20.0 - 3.0 * step), 38.0, goal=GOAL))
-            await pilot.pause()
-            for text in app.painted:
-                screen.feed(text)
-            assert screen.rows == list(app.view.rows)
-
-
-class Terminal:
-    """As much of a terminal as spans need: a place to write at, and letters."""
-
-    def __init__(self, width, height, rows):
-        self.cells = [list(row.ljust(width)) for row in rows]
-        assert len(self.cells) == height
-        self.x = self.y = 0
-
-    @property
-    def rows(self):
-        return ["".join(row) for row in self.cells]
-
-    def feed(self, text):
-        while text:
-            if text.startswith("\x1b["):
-                end = next(at for at, letter in enumerate(text[2:], 2) if letter.isalpha())
-                if text[end] == "H":
-                    self.y, self.x = (int(part) - 1 for part in text[2:end].split(";"))
-                else:
-                    assert text[end] == "m"
-                text = text[end + 1 :]
-            else:
-                self.cells[self.y][self.x] = text[0]
-                self.x += 1
-                text = text[1:]
 
 
 async def test_the_reach_is_worked_out_beside_the_polls_and_not_too_often():

@@ -18,7 +18,7 @@ from waiting import until_seen
 
 from armdrive.cli.runner import command_parser
 from armdrive.moves import Jog, Space
-from armdrive.status import Current, State, Trust, status_view
+from armdrive.status import Current, State, Trust
 from armdrive.storage.point_file import points_of
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
@@ -475,7 +475,7 @@ async def test_a_pause_hides_no_state_in_which_nothing_can_move():
             session.arm.set(state=state, current=Current(current))
             await session.poll()
             assert session.text("state").startswith(f" {badge} ")
-            assert watched_state("sim", status_view(session.arm.status), "").badge[0] == badge
+            assert watched_state("sim", session.arm.status, "", "").badge[0] == badge
 
 
 async def test_what_the_banner_says_is_not_said_again():

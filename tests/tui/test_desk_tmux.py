@@ -100,4 +100,4 @@ def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     tmux.gone()
     left = json.loads((places.states() / "desk.json").read_text())
     assert left["instructed"] is True
-    assert left["arms"]["simulated sim:teachmover"]["mode"] == "joint"
+    assert left["arms"]["simulated sim:teachmover"]["cartesian"] is False

@@ -93,12 +93,12 @@ def test_a_damaged_memory_is_no_memory(tmp_path, text):
 
 
 SET = {
-    "mode": "cartesian",
+    "cartesian": True,
     "frame": "tool",
     "step_deg": 5.0,
     "step_mm": 0.5,
     "speed": 0.1,
-    "move_mode": "joint",
+    "move_cartesian": False,
     "move_speed": 0.25,
 }
 """What was set on an arm, as it stands in the file."""

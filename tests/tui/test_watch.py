@@ -11,7 +11,7 @@ from armdrive.connect.target import find
 from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
 from tui import watch as watch_words
-from tui.safety import SafetyPanel
+from tui.safety import SafetyPanel, progress_of
 from tui.settings import neighbour
 from tui.watch import HeldArm, Watching, WatchScreen
 from tui.widgets import LINES_SHOWN, PlainText
@@ -271,8 +271,8 @@ def test_a_tempo_between_the_steps_goes_to_the_next_one_and_slower_never_speeds_
     ],
 )
 def test_the_title_names_the_program_and_how_far_it_is(program, words):
-    view = {**status_view(FakeArm(simulated=False).status), "program": program}
-    title = watch_words.watched_state("left", view, "").arm
+    status = FakeArm(simulated=False).status
+    title = watch_words.watched_state("left", status, progress_of(program), "").arm
     assert title.endswith(words)
     assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
 

@@ -31,6 +31,9 @@ CHANGED_S = 0.4
 NEAR_MM = 40.0
 """A guard is marked as near from here on."""
 
+TURNS = 72
+"""Parts of the base's turn in which its farthest points are looked for: a bar shows no less."""
+
 Limits = tuple[float, float]
 
 
@@ -126,8 +129,9 @@ def tip_limits(model: ArmModel) -> tuple[Limits, ...]:
     length_mm = sum(math.dist(a, b) for a, b in pairwise(points[1:]))
     reach_mm = min(length_mm, model.guards.outer_radius_mm or length_mm)
     base = arm.limits[0]
-    xs = [reach_mm * math.cos(angle) for angle in _turns(base.low_rad, base.high_rad, 0.0)]
-    ys = [reach_mm * math.sin(angle) for angle in _turns(base.low_rad, base.high_rad, math.pi / 2)]
+    turn_rad = (base.high_rad - base.low_rad) / TURNS
+    turns = [base.low_rad + turn_rad * at for at in range(TURNS + 1)]
+    xs, ys = ([reach_mm * each(angle) for angle in turns] for each in (math.cos, math.sin))
     low_mm = 0.0 if model.guards.table else height_mm - length_mm
     turn = (-180.0, 180.0)
     return (
@@ -138,16 +142,6 @@ def tip_limits(model: ArmModel) -> tuple[Limits, ...]:
         turn,
         *([turn] if arm.has_yaw else []),
     )
-
-
-def _turns(low_rad: float, high_rad: float, offset_rad: float) -> Iterator[float]:
-    """Yield the ends of a turn, and where between them its sine or cosine is greatest or least."""
-    yield low_rad
-    yield high_rad
-    for quarter in range(-4, 5):
-        angle = offset_rad + quarter * math.pi
-        if low_rad <= angle <= high_rad:
-            yield angle
 
 
 def near_lines(

@@ -22,9 +22,6 @@ KEYS_OFFERED = 12
 KEYS_LAST = ("help", "palette", "quit")
 """Rows that the line of keys offers on every screen."""
 
-OWN_KEPT = 5
-"""In a narrow line, the key of the commands goes before the last of these keys of a screen."""
-
 PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "finer": ("coarser", "step"),

@@ -16,7 +16,6 @@ Jog keys have one rule more, the dead-man switch in `armdrive.motion.dead_man`.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Callable, Mapping
 
 from textual import events
@@ -32,24 +31,20 @@ from armdrive.motion.dead_man import REPEAT_WITHIN_S
 
 
 class UrgentKeys:
-    """The keys that have acted and that the app has not taken yet. Shared by two threads."""
+    """When the last key that acts at once was read. Shared by two threads."""
 
     def __init__(self) -> None:
-        self._acted: deque[events.Key] = deque()
+        self._acted_s = -math.inf
 
     def read(self, message: Message, urgent: Mapping[str, Callable[[], object]]) -> None:
         """Act on a key that was just read, if it is urgent."""
         if isinstance(message, events.Key) and (act := urgent.get(message.key)) is not None:
-            self._acted.append(message)
+            self._acted_s = message.time
             act()
 
     def overtook(self, key: events.Key) -> bool:
         """Return whether a key that the app takes now was typed before one that has acted."""
-        if key not in self._acted:
-            return bool(self._acted)
-        while self._acted.popleft() is not key:
-            pass
-        return False
+        return key.time < self._acted_s
 
 
 # A suspended program reads nothing, but its keyboard goes on: all that was typed arrives at once

@@ -71,8 +71,7 @@ DESK_KEYS = (
     DeskKey(STOP, ("space", "escape", "ctrl+c"), "stop_arm", "STOP",
             "Stop the arm, disarm the keys and close any dialog. Works everywhere; space acts "
             "0.1 s sooner than Esc.", everywhere=True),
-    DeskKey("help", ("question_mark", "f1"), "dialogs.help", "help",
-            "Show all keys."),
+    DeskKey("help", ("question_mark", "f1"), "dialogs.help", "help", "Show all keys."),
     DeskKey("quit", ("ctrl+q",), "leave", "quit",
             "Stop the arm and leave the desk.", everywhere=True),
     DeskKey("reference", ("H",), "control.reference", "reference",
@@ -94,8 +93,7 @@ DESK_KEYS = (
             "Change the colours: dark, light, high contrast, or your terminal's own."),
     DeskKey("more", ("ctrl+d",), "scroll(1)", "",
             "Scroll down, to what the panels have no room for."),
-    DeskKey("back", ("ctrl+u",), "scroll(-1)", "",
-            "Scroll up again."),
+    DeskKey("back", ("ctrl+u",), "scroll(-1)", "", "Scroll up again."),
     DeskKey("reset", ("R",), "control.reset", "reset",
             "Leave error-stop. Nothing moves.", also="clear error unlock", needs=Needs.LINK),
     DeskKey("estop", ("X",), "control.estop", "e-stop",
@@ -106,15 +104,11 @@ DESK_KEYS = (
 DIALOG_KEYS = (
     DeskKey("close", ("enter", "question_mark", "f1", "n"), "close", "close",
             "Close the dialog.", "dialog"),
-    DeskKey("dialog-clear", ("delete",), "typing.clear", "",
-            "Delete the whole text.", "dialog"),
-    DeskKey("dialog-up", ("up",), "choose(-1)", "",
-            "Choose the previous line.", "dialog"),
+    DeskKey("dialog-clear", ("delete",), "typing.clear", "", "Delete the whole text.", "dialog"),
+    DeskKey("dialog-up", ("up",), "choose(-1)", "", "Choose the previous line.", "dialog"),
     DeskKey("dialog-down", ("down",), "choose(1)", "", "Choose the next line.", "dialog"),
-    DeskKey("yes", ("y",), "answer(True)", "yes",
-            "Yes: do it.", "question"),
-    DeskKey("no", ("n",), "answer(False)", "no",
-            "No: do nothing.", "question"),
+    DeskKey("yes", ("y",), "answer(True)", "yes", "Yes: do it.", "question"),
+    DeskKey("no", ("n",), "answer(False)", "no", "No: do nothing.", "question"),
 )  # fmt: skip
 """Enter answers no question: a person who armed with it may still be pressing it. Where a text is
 typed, its letters come first."""
@@ -126,10 +120,8 @@ SHARED_KEYS = (
     DeskKey(PAUSE, ("p",), PAUSE, "pause",
             "Pause a motion or a program after its current burst, or resume it. A held key "
             "does not resume.", "move points program"),
-    DeskKey("next", ("down",), "choose(1)", "next",
-            "Choose the next line.", "points program"),
-    DeskKey("previous", ("up",), "choose(-1)", "",
-            "Choose the previous line.", "points program"),
+    DeskKey("next", ("down",), "choose(1)", "next", "Choose the next line.", "points program"),
+    DeskKey("previous", ("up",), "choose(-1)", "", "Choose the previous line.", "points program"),
     DeskKey("go-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
             "Move more slowly.", "move points"),
     DeskKey("go-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
@@ -166,8 +158,7 @@ MOVE_KEYS = (
             "Switch between a straight line of the tip and a joint motion.", "move"),
     DeskKey("move-frame", ("F",), "form.next_frame", "frame",
             "Choose the frame of the pose. In the tool's frame, the goal is a change from "
-            "where the tool is.",
-            "move"),
+            "where the tool is.", "move"),
     DeskKey("move-finer", ("left_square_bracket",), "form.change_step(-1)", "finer",
             "Make the step of the arrow keys smaller.", "move"),
     DeskKey("move-coarser", ("right_square_bracket",), "form.change_step(1)", "coarser",
@@ -199,13 +190,11 @@ POINT_KEYS = (
             "points"),
     DeskKey("points-fingers", ("g",), "points.append_fingers", "fingers",
             "Append a line for the fingers to the program. Type open, close, grasp, here (as they "
-            "are now) or mm, then press enter.",
-            "points"),
+            "are now) or mm, then press enter.", "points"),
     DeskKey("points-wait", ("W",), "points.append_wait", "wait",
             "Append a wait to the program. Type seconds, then press enter.", "points"),
     DeskKey("points-erase", ("backspace",), "points.erase", "",
-            "Take back what was appended last; while you type a name, its last letter.",
-            "points"),
+            "Take back what was appended last; while you type a name, its last letter.", "points"),
 )  # fmt: skip
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
@@ -220,13 +209,11 @@ PROGRAM_KEYS = (
             "Make the program wait for you before each motion; press again to end this.",
             "program"),
     DeskKey("program-forward", ("right",), "run.forward", "step",
-            "Let a waiting program continue. A held key does not count.",
-            "program"),
+            "Let a waiting program continue. A held key does not count.", "program"),
     DeskKey("program-down", ("pagedown",), "turn_page(1)", "",
             "Scroll the program down, while it does not run.", "program"),
     DeskKey("program-up", ("pageup",), "turn_page(-1)", "",
-            "Scroll the program up, while it does not run.",
-            "program"),
+            "Scroll the program up, while it does not run.", "program"),
 )  # fmt: skip
 """A stop ends a program at once; leaving the screen ends it after the motion under way."""
 
@@ -246,11 +233,9 @@ LOG_KEYS = (
             "Save the flight recorder to a file, and show its path.", "log"),
     DeskKey("log-catalogue", ("e",), "catalogue", "all errors",
             "Look up what each error means and what to do.", "log"),
-    DeskKey("log-up", ("up",), "log_view.go(-1)", "older",
-            "Choose the previous line.", "log"),
+    DeskKey("log-up", ("up",), "log_view.go(-1)", "older", "Choose the previous line.", "log"),
     DeskKey("log-down", ("down",), "log_view.go(1)", "", "Choose the next line.", "log"),
-    DeskKey("log-page-up", ("pageup",), "log_view.turn_page(-1)", "",
-            "Go back one page.", "log"),
+    DeskKey("log-page-up", ("pageup",), "log_view.turn_page(-1)", "", "Go back one page.", "log"),
     DeskKey("log-page-down", ("pagedown",), "log_view.turn_page(1)", "",
             "Go forward one page.", "log"),
     DeskKey("log-first", ("home",), "log_view.go_first", "", "Go to the oldest line.", "log"),
@@ -269,13 +254,10 @@ LOG_KEYS = (
 
 SETUP_KEYS = (
     DeskKey("setup-enter", ("enter",), "stage.enter", "go on",
-            "Do what is marked. Opening a port or writing a file needs a second press.",
-            "setup"),
-    DeskKey("setup-next", ("down", "tab"), "mark(1)", "next",
-            "Mark the next line.", "setup"),
+            "Do what is marked. Opening a port or writing a file needs a second press.", "setup"),
+    DeskKey("setup-next", ("down", "tab"), "mark(1)", "next", "Mark the next line.", "setup"),
     DeskKey("setup-previous", ("up", "shift+tab"), "mark(-1)", "",
-            "Mark the previous line.",
-            "setup"),
+            "Mark the previous line.", "setup"),
     DeskKey("setup-on", ("right",), "stage.skip", "skip",
             "Describe the arm on a port without opening it.", "setup"),
     DeskKey("setup-back", ("left",), "stage.back", "back",
@@ -286,8 +268,7 @@ SETUP_KEYS = (
     DeskKey("setup-yes", ("y",), "stage.saw('AS_SHOWN')", "as shown",
             "It moved as shown.", "setup"),
     DeskKey("setup-reversed", ("r",), "stage.saw('OTHER_WAY')", "reversed",
-            "It moved the other way.",
-            "setup"),
+            "It moved the other way.", "setup"),
     DeskKey("setup-nothing", ("n",), "stage.saw('NOT_AT_ALL')", "nothing",
             "Nothing moved.", "setup"),
     DeskKey("setup-another", ("a",), "stage.another", "another",
@@ -305,8 +286,7 @@ SETUP_KEYS = (
 MODEL_KEYS = (
     DeskKey("model-more", ("pagedown", "N"), "app.scroll(1)", "more",
             "Scroll down in what is computed of the posture.", "model"),
-    DeskKey("model-back", ("pageup", "B"), "app.scroll(-1)", "",
-            "Scroll up again.", "model"),
+    DeskKey("model-back", ("pageup", "B"), "app.scroll(-1)", "", "Scroll up again.", "model"),
     DeskKey("model-solution", ("G",), "adjustments.next_solution", "solution",
             "Show the model's next solution for the same place of the hand.", "model"),
     DeskKey("model-zero", ("Z",), "adjustments.zero", "zero",
@@ -329,12 +309,9 @@ VIEW_KEYS = (
     DeskKey("view-down", ("k",), "view('down')", "", "Look at the arm from lower down."),
     DeskKey("view-nearer", ("z",), "view('nearer')", "",
             "Zoom in on the tip. The mouse wheel zooms too."),
-    DeskKey("view-farther", ("x",), "view('farther')", "",
-            "Zoom out."),
-    DeskKey("view-fit", ("o",), "view('fit')", "",
-            "Show the arm's whole reach."),
-    DeskKey("view-clear", ("c",), "view('clear')", "",
-            "Clear the drawn path of the tip."),
+    DeskKey("view-farther", ("x",), "view('farther')", "", "Zoom out."),
+    DeskKey("view-fit", ("o",), "view('fit')", "", "Show the arm's whole reach."),
+    DeskKey("view-clear", ("c",), "view('clear')", "", "Clear the drawn path of the tip."),
 )  # fmt: skip
 """The actions of every screen that draws an arm."""
 

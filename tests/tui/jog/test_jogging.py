@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from desk_fake import MODEL, Clock, FakeArm, unknown_position
 from desk_planner import PlannerArm
 from desk_session import Session
@@ -278,11 +279,9 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
         assert "156.3mm" in session.text("tip")
 
 
-@pytest.mark.parametrize(
-    ("distance_mm", "shown"), [(0.0, "0 mm"), (0.3, "1 mm"), (50.0, "50 mm"), (119.2, "120 mm")]
-)
+@every_row("distance_mm, shown", [(0.0, "0 mm"), (0.3, "1 mm"), (50.0, "50 mm"), (119.2, "120 mm")])
 def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, shown):
-    text = stopping_text("moving", stop=(distance_mm, 0.21), silent=(500.0, 1.0))
+    text = stopping_text(FakeArm(state=State.MOVING, stop_distance_mm=distance_mm).status)
     assert text == f"a stop takes up to {shown}, 0.21 s"
 
 

@@ -325,24 +325,18 @@ async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_
         assert session.arm.calls[-1][0] == "nudge"
 
 
-@pytest.mark.parametrize("lost", [0, 1])
-def test_a_stop_that_never_came_is_forgotten_with_the_next(lost):
+def test_only_keys_that_were_typed_before_a_stop_are_overtaken():
     urgent, stopped = UrgentKeys(), []
-    keys = [events.Key(*SPACE) for _ in range(2)]
-    for key in keys:
-        urgent.read(key, {"space": lambda: stopped.append(1)})
-    assert len(stopped) == 2
-    assert urgent.overtook(events.Key("w", "w"))
-    for key in keys[lost:]:
-        assert not urgent.overtook(key)
-    assert not urgent.overtook(events.Key("w", "w"))
-
-
-def test_other_keys_do_nothing_before_the_app_takes_them():
-    urgent, stopped = UrgentKeys(), []
-    urgent.read(events.Key("w", "w"), {"space": lambda: stopped.append(1)})
+    keys = [events.Key(*key) for key in (("w", "w"), SPACE, ("q", "q"), SPACE, ("e", "e"))]
+    acts = {"space": lambda: stopped.append(1)}
+    urgent.read(keys[0], acts)
     assert not stopped
-    assert not urgent.overtook(events.Key("q", "q"))
+    assert not any(map(urgent.overtook, keys))
+    urgent.read(keys[1], acts)
+    assert [urgent.overtook(key) for key in keys] == [True, False, False, False, False]
+    urgent.read(keys[3], acts)
+    assert [urgent.overtook(key) for key in keys] == [True, True, True, False, False]
+    assert len(stopped) == 2
 
 
 # Other keyboards, and that the desk then hears their keys.
