@@ -117,7 +117,7 @@ SILENT = [
     # where a key has nothing to do, and what it says then
     ("f4 g", "a on a point begins a program"),
     ("f4 backspace", "no line to take back"),
-    ("f4 delete", "nothing to delete"),
+    ("f4 delete", "no point to delete"),
     ("f5 left", "the first step"),
     ("f5 backspace", "nothing here for this key"),
     ("f5 v", "no arm is drawn here"),

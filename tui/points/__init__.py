@@ -21,7 +21,7 @@ from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import PAUSE, DeskKey, Needs
 from tui.move.planned import PlannedMove, short_text
 from tui.points.edit import PointEdits, TaughtProgram
-from tui.points.list import PURPOSES, PointList, PointNaming, PointSelection
+from tui.points.list import AskedText, PointSelection
 from tui.settings import MoveSettings
 from tui.widgets import ChoiceList, Span, TypedText, panels
 
@@ -30,11 +30,10 @@ LINES_SHOWN = 5
 """Lines of the taught program that are shown, the last ones."""
 
 
-def list_rows(listed: PointList, arm: ArmGeometry) -> list[str]:
+def list_rows(points: Mapping[str, Point], arm: ArmGeometry) -> list[str]:
     """Return a row for each point."""
     return [
-        f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} {_tip(point, arm)}"
-        for name, point in listed.points.items()
+        f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} {_tip(point, arm)}" for name, point in points.items()
     ]
 
 
@@ -78,13 +77,10 @@ def how_text(motion: MoveSettings, keys: Keyboard) -> str:
     )
 
 
-def naming_text(naming: PointNaming, keys: Keyboard) -> str:
-    """Show the name as it is typed."""
+def naming_text(naming: AskedText, keys: Keyboard) -> str:
+    """Show the text as it is typed."""
     enter, stop = keys.label("points-go"), keys.label("stop")
-    asked, reason = PURPOSES[naming.purpose]
-    wrong = "" if naming.good or not naming.text else f"  ({reason})"
-    hint = "  (or type another)" if naming.line.offered else wrong
-    return f"{asked}: {naming.text}_{hint}\n{enter} takes it, {stop} drops it"
+    return f"{naming.prompt}: {naming.line.text}_{naming.hint}\n{enter} takes it, {stop} drops it"
 
 
 OF_NONE = ("points-teach", PAUSE)
@@ -134,7 +130,7 @@ class PointsScreen(DeskScreen):
 
     def goal(self) -> Motion | None:
         """Return the motion to the chosen point."""
-        point = self.selection.listed.point
+        point = self.selection.point
         if point is None:
             return None
         kind = LineMove if self.motion.line else JointMove
@@ -146,10 +142,9 @@ class PointsScreen(DeskScreen):
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, arm = self.desk.keys, self.desk.arm.model.arm
-        listed = self.selection.listed
-        rows = list_rows(listed, arm)
-        self.query_one(ChoiceList).show_rows(rows or [none_yet(keys)], listed.at if rows else None)
-        point = listed.point
+        rows, point = list_rows(self.selection.points, arm), self.selection.point
+        at = self.selection.at if rows else None
+        self.query_one(ChoiceList).show_rows(rows or [none_yet(keys)], at)
         self.show_panel("chosen", "" if point is None else point_text(point))
         self.show_panel("how", "" if point is None else how_text(self.motion, keys))
         told = bool(self.desk.link.hindrance(Needs.POSITION))
@@ -177,7 +172,7 @@ class PointsScreen(DeskScreen):
     def works(self) -> Mapping[str, bool]:
         """While a name is typed, keys are its letters; before the first point, few do anything."""
         naming = self.selection.naming is not None
-        if self.selection.listed.points and not naming:
+        if self.selection.points and not naming:
             return {}
         rows = (row.id for row in self.desk.keys.rows if row.counts_at(self.place))
         return {row: row in OF_NONE and not naming for row in rows}
@@ -190,11 +185,11 @@ class PointsScreen(DeskScreen):
 
     def action_choose(self, by: int) -> None:
         """Go to another row."""
-        self.selection.show(self.selection.listed.moved(by))
+        self.selection.move(by)
 
     def action_press_go(self) -> None:
         """Take the name, or one press of the two that move the arm."""
         if (naming := self.selection.naming) is not None:
-            naming.take(naming)
+            naming.take(naming.line.text)
         else:
             self.planned.press()

@@ -12,12 +12,13 @@ from pathlib import Path
 from armdrive.errors import ArmError, BadRequest, PointsChanged
 from armdrive.motion.plan import audit_opening
 from armdrive.programs.language import ENDING
-from armdrive.programs.teaching.recording import TaughtLines
+from armdrive.programs.teaching.recording import GRIPS, TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
 from armdrive.storage.points import Point, check_name
+from armdrive.text.numbers import number
 from armdrive.text.reading import is_there, read_text
 from tui.desk import Desk
-from tui.points.list import PointNaming, PointSelection
+from tui.points.list import AskedText, PointSelection
 from tui.settings import MoveSettings
 
 
@@ -85,6 +86,10 @@ def _in_one_line(lines: str) -> str:
     return " / ".join(lines.strip().splitlines())
 
 
+HERE = "here"
+"""Typed for an opening: as far as the fingers are open now."""
+
+
 class PointEdits:
     """Changes of the chosen point, and lines of a program that go to it."""
 
@@ -96,16 +101,13 @@ class PointEdits:
 
     def delete(self) -> None:
         """Take the chosen row out of the file, after a second press."""
-        listed, points = self._selection.listed, self._desk.arm.points
-        name, point = listed.name, listed.point
-        if point is None:
-            raise BadRequest("there is nothing to delete")
-        change = partial(points.remove, name, instead_of=point)
+        name, point = self._chosen("delete")
+        change = partial(self._desk.arm.points.remove, name, instead_of=point)
         self._confirm("points-delete", f"deletes {name}", change, f"{name} is deleted")
 
     def teach_again(self) -> None:
         """Move the chosen point to where the arm stands, after a second press."""
-        name, _ = self._chosen("choose a point to teach again")
+        name, _ = self._chosen("teach again")
 
         def change() -> None:
             self._require_standing()
@@ -116,51 +118,60 @@ class PointEdits:
 
     def teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
-        free = self._selection.listed.free_name()
-        self._selection.ask(PointNaming("teach", free, take=self._teach, offered=True))
+        free = self._selection.free_name()
+        self._selection.ask(AskedText("name of this place", free, self._teach, offered=True))
 
     def rename(self) -> None:
         """Ask for another name of the chosen point."""
-        name, _ = self._chosen("choose a point to rename")
-        self._selection.ask(PointNaming("rename", name, take=self._rename))
+        name, _ = self._chosen("rename")
+        self._selection.ask(AskedText("new name", name, partial(self._rename, name)))
 
     def append(self) -> None:
         """Ask for the program that the chosen point is put at the end of."""
-        self._chosen("choose a point to put into a program")
+        self._chosen("put into a program")
         last = "taught" if self.program.path is None else self.program.path.stem
-        self._selection.ask(PointNaming("append", last, take=self._append, offered=True))
+        prompt = "program to put it at the end of"
+        self._selection.ask(AskedText(prompt, last, self._append, offered=True))
 
     def append_fingers(self) -> None:
         """Ask what the fingers do next in the program."""
         self.program.require_name()  # refused before anything is asked
         self._selection.ask(
-            PointNaming("fingers", "grasp", take=self._append_fingers, offered=True)
+            AskedText(
+                "fingers: open, close, grasp, here, or mm",
+                "grasp",
+                self._append_fingers,
+                offered=True,
+                means=self._grip,
+                wrong="not an opening: type open, close, grasp, here, or mm",
+            )
         )
 
     def append_wait(self) -> None:
         """Ask how long the program waits next."""
         self.program.require_name()
-        self._selection.ask(PointNaming("wait", "1", take=self._append_wait, offered=True))
+        asked = AskedText("seconds to wait", "1", self._append_wait, offered=True, means=number,
+                          wrong="not a time: type seconds")  # fmt: skip
+        self._selection.ask(asked)
 
-    def erase(self) -> None:
+    def erase(self) -> str | None:
         """Delete the last letter that was typed, or take back what was appended last."""
-        if self._selection.naming is not None:
-            self._selection.naming.line.erase()
-        else:
-            self._desk.say(self.program.take_back())
+        if self._selection.naming is None:
+            return self.program.take_back()
+        self._selection.naming.line.erase()
+        return None
 
     def move_there(self) -> None:
         """Ask for the chosen point on the move screen, to change it there."""
-        _, point = self._chosen("choose a point to change")
+        _, point = self._chosen("change")
         self._desk.goal = point.joints
         self._desk.screens.show("move")
 
-    def _chosen(self, otherwise: str) -> tuple[str, Point]:
-        """Return the chosen point. Raises `BadRequest` with this sentence where there is none."""
-        listed = self._selection.listed
-        if listed.point is None:
-            raise BadRequest(otherwise)
-        return listed.name, listed.point
+    def _chosen(self, what: str) -> tuple[str, Point]:
+        """Return the chosen point. Raises `BadRequest` where there is none to do this to."""
+        if self._selection.point is None:
+            raise BadRequest(f"there is no point to {what}")
+        return self._selection.name, self._selection.point
 
     def _confirm(self, row: str, effect: str, change: Callable[[], object], message: str) -> None:
         """Change the file and say so, after a second press."""
@@ -177,37 +188,45 @@ class PointEdits:
         if not link.status.paused:
             link.require_standing()
 
-    def _teach(self, naming: PointNaming) -> None:
+    def _teach(self, name: str) -> None:
         self._require_standing()
         self._selection.naming = None
-        self._desk.arm.points.teach(naming.text)
-        self._desk.say(f"{naming.text} is saved, where the arm stands")
-        self._selection.choose_name(naming.text)  # once the list has been read again
+        self._desk.arm.points.teach(name)
+        self._desk.say(f"{name} is saved, where the arm stands")
+        self._selection.choose(name)
 
-    def _rename(self, naming: PointNaming) -> None:
+    def _rename(self, before: str, name: str) -> None:
         self._selection.naming = None
-        before, name = self._selection.listed.name, naming.text
         self._desk.arm.points.rename(before, name)
         self._desk.say(f"{before} is called {name} now")
-        self._selection.choose_name(name)
+        self._selection.choose(name)
 
-    def _append(self, naming: PointNaming) -> None:
-        point, motion = self._selection.listed.name, self._motion
+    def _append(self, program: str) -> None:
+        point, motion = self._selection.name, self._motion
         self._write(
-            check_name(naming.text),
+            check_name(program),
             lambda lines: lines.go(point, line=motion.line, speed=motion.speed),
         )
 
-    def _append_fingers(self, naming: PointNaming) -> None:
-        grip = naming.grip(self._desk.link.status.gripper_mm)
+    def _append_fingers(self, text: str) -> None:
+        grip = self._grip(text)
         if isinstance(grip, float):
             audit_opening(self._desk.arm.config, grip)
         self._write(
             self.program.require_name(), lambda lines: lines.fingers(grip, speed=self._motion.speed)
         )
 
-    def _append_wait(self, naming: PointNaming) -> None:
-        time_s = naming.time_s
+    def _grip(self, text: str) -> str | float:
+        """Return what the fingers shall do. Raises `BadRequest`."""
+        if text != HERE:
+            return text if text in GRIPS else number(text)
+        opening_mm = self._desk.link.status.gripper_mm
+        if opening_mm is None:
+            raise BadRequest("the opening of the fingers is unknown: reference the arm")
+        return round(opening_mm, 1)
+
+    def _append_wait(self, text: str) -> None:
+        time_s = number(text)
         self._write(self.program.require_name(), lambda lines: lines.delay(time_s))
 
     def _write(self, program: str, write: Callable[[TaughtLines], None]) -> None:

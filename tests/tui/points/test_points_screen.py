@@ -1,6 +1,7 @@
 """The points screen: places are named, gone to after two presses, and written into a program."""
 
 import pytest
+from amounts import every_row
 from desk_planner import PlannerArm, at_rest
 from desk_session import AGAIN_S, Session
 
@@ -8,7 +9,7 @@ from armdrive.status import State
 from armdrive.storage.points import Point
 from kinematics import Joints
 from tui.keys.table import POINT_KEYS
-from tui.points.list import PointList
+from tui.points.list import PointSelection
 
 LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
 RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))
@@ -33,7 +34,7 @@ class PointSession(Session):
 
     async def choose(self, name):
         for _ in range(10):
-            if self.screen.selection.listed.name == name:
+            if self.screen.selection.name == name:
                 return
             await self.press("down")
         await self.settle()
@@ -106,7 +107,7 @@ async def test_a_click_chooses_a_point_and_takes_a_first_press_back():
         assert session.desk.confirmation.effect
         await session.pilot.click("#list", offset=(4, 2))
         await session.settle()
-        assert session.screen.selection.listed.name == "right"
+        assert session.screen.selection.name == "right"
         assert not session.desk.confirmation.effect
 
 
@@ -133,7 +134,7 @@ async def test_names_are_typed_taken_and_refused():
         assert session.point("up").joints.deg["shoulder"] == pytest.approx(80.0)
         await session.choose("up")
         await session.keys("r p enter")
-        assert session.screen.selection.listed.name == "upp"
+        assert session.screen.selection.name == "upp"
 
 
 async def test_no_point_is_taught_while_the_arm_moves():
@@ -348,15 +349,23 @@ def test_the_points_screen(snap_compare):
 # -- the list alone ---------------------------------------------------------------------------
 
 
+def selection(*names):
+    found = PointSelection(None, lambda: None)
+    found.points = dict.fromkeys(names, LEFT)
+    return found
+
+
 def test_what_is_chosen_stays_chosen_while_the_file_changes_around_it():
-    listed = PointList({"a": LEFT, "b": UP}).moved(1)
-    assert listed.with_points({"aa": LEFT, "a": LEFT, "b": UP}).name == "b"
-    assert listed.with_points({"a": LEFT}).name == "a"
-    assert PointList().moved(1).name == ""
+    listed = selection("a", "b")
+    listed.move(1)
+    for names, chosen in ((("aa", "a", "b"), "b"), (("a",), "a"), ((), "")):
+        listed.points = selection(*names).points
+        assert listed.name == chosen
+        listed.choose(chosen)
+    listed.move(1)
+    assert listed.name == ""
 
 
-@pytest.mark.parametrize(
-    ("names", "free"), [(("p2", "p3"), "p4"), (("p1",), "p2"), (("x", "p2"), "p3")]
-)
+@every_row("names, free", [(("p2", "p3"), "p4"), (("p1",), "p2"), (("x", "p2"), "p3")])
 def test_a_free_name_is_free(names, free):
-    assert PointList(dict.fromkeys(names, LEFT)).free_name() == free
+    assert selection(*names).free_name() == free
