@@ -5,7 +5,7 @@ It opens no port and writes no file. `Describing` adds what a screen needs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from armdrive.dialog import Question, WrongAnswer, text
@@ -41,7 +41,9 @@ class Interview:
     @property
     def question(self) -> Question | None:
         """The next question; None when all are answered."""
-        return next((each for each in self._all() if each.key not in self._answers), None)
+        draft = self.draft
+        asked = (each for row in ROWS for each in row.questions(draft))
+        return next((each for each in asked if each.key not in self._answers), None)
 
     def answer(self, line: str) -> None:
         """Take a line as the answer; an empty line is the default. Raises `WrongAnswer`."""
@@ -71,12 +73,6 @@ class Interview:
                 return key
         self._take_given()
         return None
-
-    def _all(self) -> Iterator[Question]:
-        for row in ROWS:
-            yield from row.questions(self.draft)
-            if any(question.key not in self._answers for question in row.questions(self.draft)):
-                return  # later rows may depend on the open answer
 
 
 LATER: Mapping[str, str] = {"reversed.motors": "none", "reversed.joints": "none"}

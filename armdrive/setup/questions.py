@@ -12,10 +12,11 @@ arm file from the same rows (`ArmRow.entries`): so a question and its place cann
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cache
 from types import MappingProxyType
-from typing import Any, get_args, get_type_hints
+from typing import Any, cast, get_args, get_type_hints
 
 from armdrive.config.preset import LENGTHS
 from armdrive.config.sections import Connection, FingerModel, GuardSettings, wrong_homing_order
@@ -117,6 +118,11 @@ def declared(draft: Draft, place: str) -> tuple[Any, Rule]:
     """Return the type and the rule that the schema of the arm file has for the key at a place."""
     name, _, key = place.rpartition(".")
     kind = draft.dialect.settings() if name == DIALECT else SECTIONS[name]
+    return _declared(cast(Hashable, kind), key)
+
+
+@cache
+def _declared(kind: Any, key: str) -> tuple[Any, Rule]:
     return get_type_hints(kind)[key], rule_of(next(f for f in fields(kind) if f.name == key))
 
 
