@@ -1,5 +1,7 @@
 """`armdrive doctor`: asks before it opens, and says what it found."""
 
+import contextlib
+import math
 import os
 import socket
 import sys
@@ -8,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 
 import pytest
-from can_setup_bench import ServedBus, another_program
+from can_setup_bench import ServedBus, another_program, arm
 from cli_calls import Terminal, write_arm_file, write_bench
 from doctor_bench import (
     BANNER,
@@ -29,20 +31,22 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
 from armdrive.dialects.bus import tools
 from armdrive.dialects.bus.tools import listen
-from armdrive.dialects.mks import survey as mks
 from armdrive.errors import PortUnavailable
-from armdrive.runtime.clock import SimulatedPace
+from armdrive.registry import simulate
+from armdrive.runtime.clock import SimulatedClock, SimulatedPace
+from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup import prober as probing
+from armdrive.setup.dialog_runner import DialogClock
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports import opening
 from armdrive.transports import ports as system
+from armdrive.transports.can_health import BusHealth
 from armdrive.transports.ports import CanPort
-from firmware_protocol.mks import (
-    ReadEncoder,
-    encode,
-)
+from firmware_protocol import mks
+from firmware_protocol.mks import ReadEncoder, encode
 from firmware_protocol.robko01 import Pong
 from firmware_protocol.robko01.messages import encode_answer
 
@@ -342,35 +346,72 @@ def test_a_robko_answers_over_udp(call):
     assert f"armdrive status --port {url} --dialect robko01\n" in said
 
 
-# `armdrive doctor --can`, in real time.
-
-
-needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+# `armdrive doctor --can`: on simulated time, but for the listening.
 
 
 ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}"\n'
+BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"
+
+
+class TwinBus:
+    """The wire of simulated drives behind an adapter, at their bit rate or at another one."""
+
+    def __init__(self, link, *, right):
+        self.link, self.right, self.refused = link, right, 0
+
+    @property
+    def health(self):
+        return BusHealth(refused=self.refused)
+
+    def write(self, data, now_s):
+        if self.right:
+            self.link.write(data, now_s)
+        else:
+            self.refused += bool(data)
+
+    def read(self, now_s):
+        return self.link.read(now_s) if self.right else b""
+
+    def next_s(self):
+        return self.link.next_s() if self.right else math.inf
+
+    def close(self):
+        """Leave the drives' wire open."""
 
 
 @pytest.fixture
-def served(tmp_path, monkeypatch):
-    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.1))
-    monkeypatch.setattr(mks, "LINGER_S", 0.002)  # no drive here has another one's id
-    bus = ServedBus(tmp_path)
-    yield bus
-    bus.end()
+def drives(monkeypatch):
+    """Have every adapter lead to simulated drives that have their ids, on one simulated clock."""
+    twin, clock = simulate(arm()), SimulatedClock()
+
+    class Clock(DialogClock):
+        def sleep(self, link, until_s):
+            self._now_s = clock.now_s
+            super().sleep(link, until_s)
+            clock.now_s = self._now_s
+
+        def now_s(self):
+            return clock.now_s
+
+    def connect(config):
+        return parts.connect_simulated(config, twin=twin, pace=SimulatedPace(clock))
+
+    monkeypatch.setattr(twin.link, "close", lambda: None)
+    monkeypatch.setattr(parts, "connect_real", connect)
+    monkeypatch.setattr(dialog_runner, "RealClock", Clock)
+    monkeypatch.setattr(
+        opening, "open_can_link", lambda port: TwinBus(twin.link, right="bitrate=500000" in port)
+    )
+    return twin
 
 
-@needs_pty
-def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
-    for _ in looks("not all drives ever answered in time"):  # they are another process
-        called = call("doctor", "--can", served.port.removeprefix("can:"), "--json")
-        if called.code == 0 and len(called.json["drives"]) == 6:
-            break
-    assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
-    assert called.json["bus"]["state"] == "active"
+def test_a_bus_is_looked_at_and_an_arm_file_mended(call, drives):
+    seen = call("doctor", "--can", BUS.removeprefix("can:"), "--json", code=0).json
+    assert [each["id"] for each in seen["drives"]] == [1, 2, 3, 4, 5, 6]
+    assert seen["bus"]["state"] == "active"
     ids = ("--ids", "1-6")
-    write_arm_file("bench", ARM.format(port=served.port))
-    served.tell("fault drive-mode 3 2")
+    write_arm_file("bench", ARM.format(port=BUS))
+    drives.board.node(2).set_mode(mks.Mode.PULSE_FOC, drives.board.now_s)
     said = call("doctor", "--arm", "bench", *ids, code=1).out
     assert "drive 3: mode 2 (CR_vFOC)" in said
     assert "`armdrive doctor --arm bench --fix`" in said
@@ -379,29 +420,39 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
     assert "every drive of the arm file answers" in said
 
 
-@needs_pty
-def test_trying_rates_distinguishes_an_empty_bus_from_a_wrong_rate(call, served):
-    wrong = served.port.replace("500000", "250000")
+def test_trying_rates_distinguishes_an_empty_bus_from_a_wrong_rate(call, drives):
+    wrong = BUS.replace("500000", "250000")
     said = call("doctor", wrong, "--ids", "1-2", "--every-rate", code=6).out
     assert "no node acknowledges a frame" in said
     assert "no drive answers at 125 kbit/s" in said
     assert "at 500 kbit/s these answer: 1, 2" in said
-    served.tell("plug none")
-    assert "took every frame" in call("doctor", served.port, "--ids", "1-2", code=6).out
+    for motor in range(6):
+        drives.board.node(motor).port.plugged = False
+    assert "took every frame" in call("doctor", BUS, "--ids", "1-2", code=6).out
 
 
-@needs_pty
-def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, served, monkeypatch):
+@contextlib.contextmanager
+def served_bus(folder):
+    bus = ServedBus(folder)
+    try:
+        yield bus
+    finally:
+        bus.end()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, tmp_path, monkeypatch):
     monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
-    with another_program(served.beside, encode(2, ReadEncoder())):
-        for _ in looks("the other program was never heard"):  # it may be kept from its work
-            called = call("doctor", "--can", served.port, "--dialect", "mks")
-            if "nothing passed" not in called.out:
-                break
-    assert called.code == 1
-    assert "another program commands drives (drive 2: read encoder" in called.out
-    assert "answer" not in called.out.replace("answers", "")
-    assert served.server.adapters[0].refused == 0
+    with served_bus(tmp_path) as served:
+        with another_program(served.beside, encode(2, ReadEncoder())):
+            for _ in looks("the other program was never heard"):  # it may be kept from its work
+                called = call("doctor", "--can", served.port, "--dialect", "mks")
+                if "nothing passed" not in called.out:
+                    break
+        assert called.code == 1
+        assert "another program commands drives (drive 2: read encoder" in called.out
+        assert "answer" not in called.out.replace("answers", "")
+        assert served.server.adapters[0].refused == 0
 
 
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
