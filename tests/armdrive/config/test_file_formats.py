@@ -6,19 +6,15 @@ from pathlib import Path
 import pytest
 from amounts import every_row
 from cli_calls import write_arm_file
-from faults import OVER_THE_TABLE, ready_arm, sim_config
+from faults import OVER_THE_TABLE
 from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.config.link_model import parse_model, read_model
-from armdrive.config.write import complete
 from armdrive.errors import ArmFileError, PointsFileError, StateFileError
-from armdrive.programs.acts import Remember
 from armdrive.programs.journal import interrupted, journal_file
-from armdrive.programs.running import Performer
-from armdrive.registry.arm_files import arm_problems, load_arm, parse_arm
-from armdrive.setup.filing import checked, new_text
-from armdrive.setup.interview import Describing
+from armdrive.registry.arm_files import load_arm, parse_arm
+from armdrive.setup.filing import new_text
 from armdrive.setup.templates import available
 from armdrive.storage import files as places
 from armdrive.storage.point_file import PointWriter, points_of
@@ -135,23 +131,13 @@ def test_check_reports_an_unknown_format_alone(call):
     assert ["format" in problems[0], "title" in problems[1]] == [True, True]
 
 
-def test_the_format_of_a_model_file_is_named_by_the_arm_that_needs_it(tmp_path):
-    (tmp_path / "links.toml").write_text(f"format = 2\n{LINKS}", encoding="utf-8")
-    table = {"format": 1, "model": "links.toml"}
-    (problem,) = arm_problems(table, "bench", tmp_path)
-    assert problem == f"{tmp_path / 'links.toml'}: {NEWER}"
-
-
 @every_row(
     "words",
     [
-        ("config", "show", "bench"),
         ("config", "show", "bench", "--toml"),
         ("config", "signs", "bench", "--sim", "--yes"),
-        ("config", "limits", "bench", "--sim", "--yes"),
         ("config", "set-default", "bench"),
         ("can", "setup", "bench", "--sim", "--yes"),
-        ("status", "--arm", "bench"),
         ("home", "--arm", "bench"),
         ("points", "list", "--arm", "bench"),
     ],
@@ -190,6 +176,31 @@ def test_no_edit_is_made_in_an_unknown_format():
         amended(text, [Change(("motor_signs", "elbow"), -1, "seen")])
 
 
+EDITS = (
+    ("points", "save", "b"),
+    ("points", "rename", "a", "b"),
+    ("points", "offset", "a", "b", "--x", "1"),
+)
+
+
+@pytest.mark.parametrize("format_number", [1, 2])
+def test_commands_edit_points_of_this_format_alone_and_keep_it(call, format_number):
+    call("home", code=0)
+    path = places.points_file("sim:teachmover")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    text = f"format = {format_number}\n{POINT}"
+    for words in EDITS:
+        path.write_text(text, encoding="utf-8")
+        said = call(*words)
+        after = path.read_text(encoding="utf-8")
+        if format_number == FORMAT:
+            assert (said.code, after != text, after.count("format")) == (0, True, 1), words
+            assert after.startswith("format = 1\n")
+        else:
+            assert (said.code != 0, after == text, str(path) in said.err) == (True,) * 3, words
+    assert sorted(path.parent.iterdir()) == [path]
+
+
 def first_key(text):
     table = tomllib.loads(text)
     assert table["format"] == FORMAT
@@ -206,29 +217,8 @@ def test_a_new_arm_file_and_its_link_table_state_their_format_first(call, templa
     )
     assert len(written) == 1 + (template == "printed-six")
     shown = call("config", "show", "bench", "--toml", "--json", code=0).json["toml"]
-    assert first_key(shown) == "format"
-
-
-def test_the_files_of_the_desk_state_their_format():
-    asked = Describing({"template": "printed-six", "name": "bench"})
-    while asked.question is not None:
-        asked.enter()
-    files = asked.files()
-    assert [first_key(files.arm), first_key(files.model)] == ["format", "format"]
-    assert checked(files, "bench").model.key == "bench"
-
-
-def test_the_file_of_commissioned_drives_states_its_format_once():
-    text = new_text(sim_config())
-    assert first_key(text) == "format"
-    assert text.count("format") == 1
-
-
-def test_every_key_with_its_value_has_the_format_first():
-    table = {"model": "teachmover"}
-    config = parse_arm(table, name="bench")
-    assert first_key(complete(config, table)) == "format"
-    assert first_key(texts_of(config)[0]) == "format"
+    assert first_key(shown) == first_key(texts_of(load_arm(path))[0]) == "format"
+    assert first_key(new_text(load_arm(path))) == "format"
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.name)
@@ -240,48 +230,6 @@ def test_the_examples_state_their_format(path):
 
 
 HERE = Point(OVER_THE_TABLE, 20.0)
-EDITS = [
-    ("points", "save", "b"),
-    ("points", "save", "a", "--again"),
-    ("points", "rename", "a", "b"),
-    ("points", "delete", "a"),
-    ("points", "copy", "a", "b"),
-    ("points", "mirror", "a", "t"),
-    ("points", "offset", "a", "b", "--x", "1"),
-]
-
-
-def test_no_command_writes_points_of_an_unknown_format(call, tmp_path):
-    call("home", code=0)
-    path = places.points_file("sim:teachmover")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"format = 2\n{POINT}", encoding="utf-8")
-    before = path.read_bytes()
-    program = tmp_path / "p.arm"
-    program.write_text("remember b\n", encoding="utf-8")
-    others = [("points", "list"), ("points", "go", "a")]
-    for words in (*EDITS, *others):
-        said = call(*words)
-        assert (said.code != 0, "format" in said.err) == (True, True), words
-        assert str(path) in said.err, words
-        assert path.read_bytes() == before, words
-    said = call("run", str(program))
-    assert (said.code != 0, "format" in said.err, path.read_bytes() == before) == (True,) * 3
-    assert sorted(path.parent.iterdir()) == [path]
-
-
-@pytest.mark.parametrize("words", EDITS, ids=" ".join)
-def test_each_edit_keeps_the_format_of_a_file(call, words):
-    call("home", code=0)
-    path = places.points_file("sim:teachmover")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = f"format = 1\n{POINT}"
-    path.write_text(text, encoding="utf-8")
-    call(*words, code=0)
-    after = path.read_text(encoding="utf-8")
-    assert after.startswith("format = 1\n")
-    assert after.count("format") == 1
-    assert points_of("sim:teachmover", ARM).read() != parse_points(text, JOINT_NAMES)
 
 
 def test_no_call_writes_points_of_an_unknown_format():
@@ -303,17 +251,6 @@ def test_no_call_writes_points_of_an_unknown_format():
             edit()
         assert path.read_bytes() == before
     assert sorted(path.parent.iterdir()) == [path]
-
-
-def test_a_program_that_remembers_a_place_leaves_such_a_file_alone():
-    arm = ready_arm(sim_config())
-    arm.points.path.parent.mkdir(parents=True, exist_ok=True)
-    arm.points.path.write_text(f"format = 2\n{POINT}", encoding="utf-8")
-    before = arm.points.path.read_bytes()
-    performer = Performer(arm, None)
-    with pytest.raises(PointsFileError, match="Update armdrive"):
-        performer.perform(Remember("b", dict(OVER_THE_TABLE.deg), 20.0))
-    assert arm.points.path.read_bytes() == before
 
 
 def test_a_new_points_file_states_its_format_first():

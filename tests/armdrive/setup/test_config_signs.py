@@ -63,8 +63,7 @@ def reversed_of(names, signs):
     ("dialect", "motors", "roll"),
     [
         ("teachmover", (1, 1, 1, 1, 1, 1), 1),
-        ("teachmover", (-1, 1, -1, 1, 1, 1), -1),
-        ("robko01", (1, -1, 1, -1, 1, -1), -1),
+        ("teachmover", (-1, 1, -1, 1, 1, -1), -1),
     ],
 )
 def test_reversed_motors_are_found_on_the_twin(dialect, motors, roll):

@@ -101,7 +101,8 @@ def test_a_rate_that_is_not_the_usual_one_is_part_of_what_to_do_next():
     port = SimPort(ScriptedDevice(answers=b"version = 1.3\r\n", baud=19200))
     found = port.examine(19200)
     assert after.next_steps("COM 3", found)[0].endswith("--dialect armdroid --baud 19200")
-    assert "baud = 19200" in after.arm_file_lines("COM3", found)
+    lines = after.arm_file_lines("COM3", found, "A5")
+    assert {"baud = 19200", 'usb_serial = "A5"'} <= set(lines)
 
 
 def test_the_version_of_a_grbl_board_is_asked_only_when_it_has_just_started():

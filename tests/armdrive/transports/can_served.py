@@ -1,13 +1,10 @@
-"""A serial CAN adapter with an echoing drive, in a thread of the test or in its own process."""
+"""A serial CAN adapter with an echoing drive, in a thread of the test."""
 
 import contextlib
-import sys
 import threading
 import time
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-sys.path.insert(0, str(Path(__file__).parents[2]))
 from can_bench import LONG_S, EchoDrive
 
 from armdrive.sim.bus.line import BusLine
@@ -53,11 +50,3 @@ class Served:
         self._thread.join(LONG_S)
         self.server.close()
         self._bell.close()
-
-
-if __name__ == "__main__":
-    served = Served(Path(sys.argv[1]))
-    sys.stdout.write("ready\n")
-    sys.stdout.flush()
-    sys.stdin.read()
-    served.end()

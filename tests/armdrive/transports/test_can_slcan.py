@@ -2,7 +2,6 @@
 
 import contextlib
 import re
-import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -73,23 +72,6 @@ def test_any_user_of_python_can_can_open_it(served):
         bus.send(can.Message(arbitration_id=5, data=b"hi", is_extended_id=False))
         heard = bus.recv(LONG_S)
     assert (heard.arbitration_id, bytes(heard.data)) == (6, b"hi")
-
-
-def test_an_adapter_in_another_process(tmp_path):
-    path = tmp_path / "far"
-    words = [sys.executable, str(HERE / "can_served.py"), str(path)]
-    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        assert process.stdout.readline() == b"ready\n"
-        link = open_link(f"can:slcan:{path}?bitrate=500000", 0)
-        for number in range(0, 100, 20):
-            sent = [Frame(each, b"12345678") for each in range(number, number + 20)]
-            link.write(b"".join(map(pack, sent)), 0.0)
-            assert [each.can_id for each in frames_of(link, 20)] == [
-                each.can_id + 1 for each in sent
-            ]
-        process.kill()
-        assert "lost" in until_lost(link)
-        link.close()
 
 
 class TestOpening:

@@ -1,6 +1,5 @@
 """Links over the network, and the serial ports of a computer."""
 
-import os
 import socket
 import sys
 import threading
@@ -14,11 +13,11 @@ from serial.tools import list_ports as pyserial
 from waiting import FOREVER_S, LONG_S, looks, returns, soon
 
 from armdrive.errors import BadRequest, LinkLost, NoConnection, NoSuchPort
-from armdrive.transports import ports, udp
+from armdrive.transports import udp
 from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import AbsentLink
 from armdrive.transports.opening import open_link
-from armdrive.transports.ports import PortHolder, PortInfo, device_names, list_ports, owning_group
+from armdrive.transports.ports import PortInfo, device_names, list_ports, owning_group
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
 
@@ -270,44 +269,6 @@ def test_ports_are_listed_by_name_with_what_is_known(adapter):
     assert (usb.vid, usb.pid, usb.manufacturer) == (0x1A86, 0x7523, "QinHeng")
     assert usb.readable
     assert usb.holder is None
-
-
-def test_nothing_is_opened_to_list_them(adapter, monkeypatch):
-    def opened(*args, **kwargs):
-        pytest.fail("a port was opened")
-
-    monkeypatch.setattr(serial, "Serial", opened)
-    monkeypatch.setattr(os, "open", opened)
-    assert len(list_ports()) == 2
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
-def test_who_has_a_port_open_is_named(adapter):
-    with adapter[0].open():
-        held = {info.device: info.holder for info in list_ports()}
-    assert isinstance(held[str(adapter[0])], PortHolder)
-    assert held[str(adapter[0])].pid == os.getpid()
-    assert held[str(adapter[1])] is None
-
-
-def test_the_name_that_stays_is_found(adapter, tmp_path, monkeypatch):
-    folder = tmp_path / "by-id"
-    folder.mkdir()
-    (folder / "usb-QinHeng-if00").symlink_to(adapter[0])
-    monkeypatch.setattr(ports, "BY_ID", folder)
-    stable = {info.device: info.stable_name for info in list_ports()}
-    assert stable == {
-        str(adapter[0]): str(folder / "usb-QinHeng-if00"),
-        str(adapter[1]): None,
-    }
-    monkeypatch.setattr(ports, "BY_ID", tmp_path / "nowhere")
-    assert {info.stable_name for info in list_ports()} == {None}
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="needs file permissions")
-def test_a_port_that_this_user_may_not_open_is_told(adapter, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda path, mode: path != str(adapter[0]))
-    assert [info.readable for info in list_ports()] == [True, False]
 
 
 def test_a_missing_port_is_met_with_those_that_are_there(adapter):
