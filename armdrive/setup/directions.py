@@ -322,16 +322,6 @@ class Signs:
     farther: Mapping[str, float] = field(default_factory=dict)
     order: Mapping[str, str] = field(default_factory=dict)
 
-    @property
-    def right(self) -> bool:
-        """Whether the arm file is right as it is."""
-        return not any((self.motors, self.joints, self.farther, self.order))
-
-    @property
-    def swapped(self) -> bool:
-        """Whether motors have changed places among themselves."""
-        return bool(self.order) and set(self.order) == set(self.order.values())
-
 
 def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tuple[Trial, ...]:
     """Return a trial of each motor, the gripper's first, which makes room for the fingers."""
@@ -449,10 +439,7 @@ def changes(
     transmission: Transmission | None,
     signs: Signs,
 ) -> tuple[Change, ...]:
-    """Return the changes to an arm file's keys.
-
-    The order of the motors is not a key, and is changed elsewhere.
-    """
+    """Return the changes to an arm file's keys."""
     known = _known_steps(table, transmission)
     found = {name: written_steps(known[name] / share) for name, share in signs.farther.items()}
     if "motors" in table:

@@ -310,9 +310,8 @@ def propose(path: Path, transmission: Transmission | None, signs: Signs) -> File
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
-    order = dict(signs.order) if "motors" in table and signs.swapped else {}
-    text = amended(before, changes(table, transmission, signs), order)
-    return _usable(FileProposal(path, before, text, tuple(_remarks(signs, order))))
+    text = amended(before, changes(table, transmission, signs))
+    return _usable(FileProposal(path, before, text, tuple(_remarks(signs))))
 
 
 # The arm file of drives that were commissioned.
@@ -364,17 +363,16 @@ def file_of(config: ArmConfig) -> Path | None:
         return None
 
 
-def _remarks(signs: Signs, order: dict[str, str]) -> list[str]:
-    remarks = []
-    if signs.order and not order:
+def _remarks(signs: Signs) -> Iterator[str]:
+    """Yield what no change of a file mends."""
+    if signs.order:
         pairs = ", ".join(f"{seen} moved for {meant}" for meant, seen in signs.order.items())
-        remarks.append(f"{pairs}: swap their plugs at the controller, then check again")
-    if order:
-        remarks.append("motors have changed places: check their directions again")
+        yield (
+            f"{pairs}: swap their plugs at the controller, or their places in the arm file, then "
+            "check again"
+        )
     if signs.unclear:
-        names = ", ".join(signs.unclear)
-        remarks.append(f"unclear: {names}. Check plugs and drivers, then check again")
-    return remarks
+        yield f"unclear: {', '.join(signs.unclear)}. Check plugs and drivers, then check again"
 
 
 def _text_before(path: Path) -> str:

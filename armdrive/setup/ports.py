@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -81,13 +81,6 @@ def owners_of(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...
     return tuple(found)
 
 
-def strangers_to(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...]:
-    """Return the arm files that name this port, but want an adapter with another serial number."""
-    namings = [each for each in namings if each.usb_serial and each.port]
-    owners = owners_of(port, namings)
-    return tuple(each for each in namings if same_port(each.port, port) and each not in owners)
-
-
 def serial_device(port: str) -> str:
     """Return the serial port that is a CAN adapter; any other port unchanged."""
     try:
@@ -115,8 +108,8 @@ LATENCY_MS = 1
 class ClosedPort:
     """A port or a CAN interface, what is known of it, and whether opening it can succeed.
 
-    `owners` are the arm files that the port belongs to, `strangers` those that name it and want
-    another adapter. `driven` is the arm that an armdrive program drives on it.
+    `owners` are the arm files that the port belongs to. `driven` is the arm that an armdrive
+    program drives on it.
     """
 
     port: str
@@ -124,7 +117,6 @@ class ClosedPort:
     openable: bool = True
     info: PortInfo = field(default_factory=PortInfo)
     owners: tuple[PortNaming, ...] = ()
-    strangers: tuple[PortNaming, ...] = ()
     driven: str = ""
 
     @property
@@ -187,9 +179,9 @@ def look_at(
     if is_can(port):
         return _closed_bus(port, "a CAN bus")
     namings = arm_files() if namings is None else namings
-    owners, strangers = owners_of(port, namings), strangers_to(port, namings)
-    known = ClosedPort(port, tuple(_belonging(port, owners, strangers)), True, PortInfo(port))
-    known = replace(known, owners=owners, strangers=strangers)
+    owners = owners_of(port, namings)
+    belongs = tuple(ok(f"it belongs to the arm file {each}") for each in owners)
+    known = ClosedPort(port, belongs, True, PortInfo(port), owners)
     arm = name_held(*known.arms, port)
     driven = arm if is_held(arm) else ""  # the system does not know who opened a pseudo-terminal
     if scheme(port):
@@ -213,19 +205,6 @@ def look_at(
             found += _lasting_name(port, info)
         found += latency(port)
     return replace(known, findings=tuple(found), openable=free, info=info, driven=driven)
-
-
-def _belonging(
-    port: str, owners: Iterable[PortNaming], strangers: Iterable[PortNaming]
-) -> Iterator[Finding]:
-    """Yield the arm files that a port belongs to, and those that only name it."""
-    yield from (ok(f"it belongs to the arm file {each}") for each in owners)
-    for each in strangers:
-        yield note(
-            f"the arm file {each.arm} names {port}, but wants the adapter with the USB serial "
-            f"number {each.usb_serial}, which this is not",
-            f"`{command_line('doctor', '--arm', each.arm)}` looks for that adapter",
-        )
 
 
 def _lasting_name(port: str, info: PortInfo) -> list[Finding]:

@@ -30,7 +30,6 @@ from armdrive.setup.ports import ClosedPort, lines_of
 from armdrive.setup.prober import Examination
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
-from armdrive.text.toml import value as toml
 from armdrive.transports.can_health import BUSY_LOAD, BusHealth, BusState, frame_bits
 from kinematics.text import counted
 
@@ -163,27 +162,8 @@ def next_steps(
         spoken += ["--baud", str(found.baud)]
     status = command_line("status", "--port", port, *spoken)
     settings = command_line("doctor", port, *spoken)
-    return [status] if compared else [settings, status]
-
-
-def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[str]:
-    """Return an arm file's lines for the arm that was found; none if there is none.
-
-    The adapter's number, if it has one, finds the arm under any name of its port.
-    """
-    identity = found.identity
-    if identity is None or identity.dialect not in DIALECTS:
-        return []
-    row = DIALECTS[identity.dialect]
-    lines = [f'model = "{row.preset}"', "", "[connection]"]
-    lines += [f'dialect = "{row.name}"', f"port = {toml(port)}"]
-    if usb_serial:
-        lines.append(f"usb_serial = {toml(usb_serial)}")
-    if found.baud not in (None, row.baud):
-        lines.append(f"baud = {found.baud}")
-    if found.baud is not None and (found.restarted or row.raise_dtr):
-        lines += ["raise_dtr = true", "keep_dtr_on_close = true"]
-    return lines
+    describe = command_line("config", "new", "--port", port)
+    return [status, describe] if compared else [settings, status, describe]
 
 
 # A CAN bus: its traffic, its adapter, and the drives that answer.
@@ -337,7 +317,7 @@ class Report:
     """The arm file that the user named, as the next command would name it."""
     findings: list[Finding] = field(default_factory=list)
     more: dict[str, Any] = field(default_factory=dict)
-    """Further results as plain data; `next` and `arm_file` are lines to show."""
+    """Further results as plain data; `next` are lines to show."""
 
     def add(self, findings: Sequence[Finding]) -> None:
         """Add findings, and tell them."""
@@ -412,8 +392,6 @@ def _results(
     report: Report, closed: ClosedPort, found: Examination, *, compared: bool
 ) -> dict[str, Any]:
     identity = found.identity
-    usb_serial = closed.info.serial_number or ""
-    has_file = bool(report.arm or closed.owners)
     return {
         "dialect": identity.dialect if identity else "",
         "firmware": identity.firmware if identity else "",
@@ -422,5 +400,4 @@ def _results(
         "next": next_steps(
             report.port, found, arm=report.arm, owners=closed.arms, compared=compared
         ),
-        "arm_file": [] if has_file else arm_file_lines(report.port, found, usb_serial),
     }

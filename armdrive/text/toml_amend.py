@@ -7,7 +7,7 @@ this module, since tomlkit takes 40 ms to load.
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,12 +34,11 @@ class Change:
         return ".".join(map(str, self.path))
 
 
-def amended(text: str, changes: Iterable[Change], order: Mapping[str, str] | None = None) -> str:
-    """Return the text with these keys changed, and its motors in another order.
+def amended(text: str, changes: Iterable[Change]) -> str:
+    """Return the text with these keys changed.
 
-    A key keeps its comment; one without a comment gets the reason. `order` names, by the motor
-    that was meant, the one that is really there. Raises `ArmFileError` where the format is not
-    understood, or the text could not be changed.
+    A key keeps its comment; one without a comment gets the reason. Raises `ArmFileError` where the
+    format is not understood, or the text could not be changed.
     """
     wanted = tomllib.loads(text)
     require_format(wanted)
@@ -49,10 +48,6 @@ def amended(text: str, changes: Iterable[Change], order: Mapping[str, str] | Non
         for change in changes:
             _put(found, change)
             _put_plain(wanted, change)
-        if order:
-            motors: Any = found["motors"]
-            motors.body[:] = _reordered(motors, order)
-            wanted["motors"] = _reordered(wanted["motors"], order)
         after = found.as_string()
         whole = tomllib.loads(after) == wanted
     except (TOMLKitError, ValueError, LookupError, TypeError, AttributeError):
@@ -61,14 +56,9 @@ def amended(text: str, changes: Iterable[Change], order: Mapping[str, str] | Non
         by_hand = "; ".join(f"{each.name} = {value(each.value)}" for each in changes)
         raise ArmFileError(
             "the arm file is laid out in a way that cannot be edited here: write by hand, in an "
-            f"editor, {by_hand or 'its [[motors]] in their real order'}"
+            f"editor, {by_hand}"
         )
     return after if after.endswith("\n") else f"{after}\n"
-
-
-def _reordered(motors: list[Any], order: Mapping[str, str]) -> list[Any]:
-    named = {str(each["name"]): each for each in motors}
-    return [named[order.get(name, name)] for name in named]
 
 
 def _put_plain(table: Any, change: Change) -> None:

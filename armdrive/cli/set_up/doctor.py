@@ -70,10 +70,9 @@ def _result(report: Report, diagnosis: Diagnosis) -> Result:
 
 
 def _what_next(report: Report) -> Iterator[str]:
-    for title, key in (("Next:", "next"), ("Or as an arm file:", "arm_file")):
-        if report.more.get(key):
-            yield title
-            yield from (f"  {line}".rstrip() for line in report.more[key])
+    if report.more.get("next"):
+        yield "Next:"
+        yield from (f"  {line}" for line in report.more["next"])
 
 
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:

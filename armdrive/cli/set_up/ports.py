@@ -65,7 +65,6 @@ def _view(port: ClosedPort) -> dict[str, Any]:
         "stable_name": info.stable_name,
         "arm_files": list(port.arms),
         "belongs_to": [str(each) for each in port.owners],
-        "named_for_another_adapter": [each.arm for each in port.strangers],
         "holder": holder,
         "allowed": info.readable,
         "fix": "" if info.readable else port.findings[-1].fix,

@@ -280,7 +280,7 @@ def checked(saw, **more):
 
 def test_an_arm_that_moves_as_shown_leaves_its_file_alone(tmp_path):
     signs, transmission = checked({})
-    assert signs.right
+    assert signs == Signs()
     proposal = propose(arm_file(tmp_path), transmission, signs)
     assert not proposal.differs
     assert proposal.remarks == ()
@@ -348,15 +348,6 @@ def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):
     with pytest.raises(ArmFileError, match="has changed in the meantime"):
         proposal.write()
     assert path.read_text(encoding="utf-8").endswith("# somebody's own\n")
-
-
-def test_motors_of_a_list_change_places_with_all_that_is_said_of_them():
-    after = amended(SIX, (), {"one": "two", "two": "one"})
-    motors = tomllib.loads(after)["motors"]
-    assert [each["name"] for each in motors] == ["two", "one"]
-    assert motors[1]["steps_per_turn"] == 64000
-    assert "# 200 x 16 x 20:1" in after
-    assert after.index("# what the board drives") < after.index("[[motors]]")
 
 
 def test_a_key_of_one_motor_of_several_is_changed():

@@ -93,16 +93,14 @@ def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     assert not any_problem(findings)
     assert f"it speaks {dialect}" in findings[0].what
     next_steps = after.next_steps("/dev/ttyUSB0", found)
-    assert next_steps[-1] == f"armdrive status --port /dev/ttyUSB0 --dialect {dialect}"
-    assert f'dialect = "{dialect}"' in after.arm_file_lines("/dev/ttyUSB0", found)
+    assert next_steps[-2] == f"armdrive status --port /dev/ttyUSB0 --dialect {dialect}"
+    assert next_steps[-1] == "armdrive config new --port /dev/ttyUSB0"
 
 
 def test_a_rate_that_is_not_the_usual_one_is_part_of_what_to_do_next():
     port = SimPort(ScriptedDevice(answers=b"version = 1.3\r\n", baud=19200))
     found = port.examine(19200)
     assert after.next_steps("COM 3", found)[0].endswith("--dialect armdroid --baud 19200")
-    lines = after.arm_file_lines("COM3", found, "A5")
-    assert {"baud = 19200", 'usb_serial = "A5"'} <= set(lines)
 
 
 def test_the_version_of_a_grbl_board_is_asked_only_when_it_has_just_started():
@@ -128,7 +126,6 @@ def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
 def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
     found = Examination(Identity("grbl", "FluidNC v3", greeted=True), None)
     assert "serial server" in after.of_examination(found)[-1].what
-    assert "raise_dtr = true" not in after.arm_file_lines("socket://arm:23", found)
 
 
 def test_first_words_at_another_rate_are_a_restart_too():
@@ -144,7 +141,6 @@ def test_an_armdroid_greets_also_without_a_restart():
     assert found.identity.firmware.endswith("1.3")  # asked after the greeting
     assert not found.restarted
     assert [each.grade for each in after.of_examination(found)] == [Grade.OK]
-    assert "raise_dtr = true" in after.arm_file_lines("COM3", found)  # deaf without it
 
 
 NO_ARM = {
