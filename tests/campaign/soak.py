@@ -22,7 +22,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import combinations
 from multiprocessing import get_context
 from statistics import median
 from types import MappingProxyType
@@ -38,70 +37,34 @@ from .physical import Command
 from .stage import Stage
 
 # -- Whether memory leaks: it keeps growing in the later half of a run -----------------------------
-# A cache that fills is no leak. Figures are hours and kB. A bounded cache fills early and then more
-# slowly; a leak goes on at the same rate. So only the later half of the run gives the trend: the
-# median of the slopes between all pairs of figures, which one or two outliers do not change (P. K.
-# Sen, "Estimates of the regression coefficient based on Kendall's tau", 1968).
+# A cache that fills is no leak: it fills early, and a leak goes on. So the last third of the
+# figures is compared with the third before it, by their medians, which outliers do not change.
 
-FEWEST = 4
-"""A trend needs at least this many figures."""
-
-Look = tuple[float, float]
-"""Hours and kB."""
-
-
-@dataclass(frozen=True, slots=True)
-class Allowance:
-    """How much one kind of figure may rise: by its trend in the later half, and in all."""
-
-    what: str
-    trend_kb: float
-    total_kb: float
+ALLOWED_KB: Mapping[str, float] = MappingProxyType(
+    {
+        # figures differ by some 3 kB; the rest is for caches that fill late
+        "memory between two programs": 24.0,
+        # the flight recorder keeps five minutes, which differ by some 100 kB
+        "memory of the running program": 256.0,
+        # Python takes memory from the system by the MB, and each rare maximum stays
+        "memory of the process": 2048.0,
+    }
+)
+"""How much each kind of figure may grow from the second third of a run to the last."""
 
 
-BETWEEN = Allowance("memory between two programs", 24.0, 128.0)
-"""Nothing of a program is left between two programs: figures differ by some 3 kB. The rest is for
-caches that fill late, and for the figures themselves."""
-
-WITHIN = Allowance("memory of the running program", 256.0, 1024.0)
-"""The flight recorder keeps five minutes, which differ by some 100 kB, and up to 250 kB of
-settings."""
-
-PROCESS = Allowance("memory of the process", 2048.0, 4096.0)
-"""Python takes memory from the system by the MB, and the figure is the most that it ever had, so
-each rare maximum stays."""
+def growth_kb(figures_kb: Sequence[float]) -> float:
+    """Return how much the figures grow from the second third of a run to the last."""
+    third = len(figures_kb) // 3
+    return median(figures_kb[-third:]) - median(figures_kb[third:-third]) if third else 0.0
 
 
-def trend_kb(looks: Sequence[Look]) -> float:
-    """Return how much the later half of the figures rises, from its first to its last."""
-    later = looks[len(looks) // 2 :]
-    if len(later) < FEWEST:
-        return 0.0
-    slopes = ((b - a) / (t - s) for (s, a), (t, b) in combinations(later, 2) if t > s)
-    return median(slopes) * (later[-1][0] - later[0][0])
-
-
-def risen_kb(looks: Sequence[Look]) -> float:
-    """Return by how much the median of the last third of the figures is above the first figure."""
-    last = looks[-max(len(looks) // 3, 1) :]
-    return median(kb for _, kb in last) - looks[0][1]
-
-
-def judged(looks: Sequence[Look], allowed: Allowance) -> list[str]:
-    """Return what is wrong with the figures of a run after its warm-up."""
-    wrong = []
-    if (trend := trend_kb(looks)) > allowed.trend_kb:
-        hours = looks[-1][0] - looks[len(looks) // 2][0]
-        wrong.append(
-            f"{allowed.what} keeps growing: {trend:.0f} kB in the last {hours:.1f} h, "
-            f"allowed {allowed.trend_kb:.0f}"
-        )
-    if (risen := risen_kb(looks)) > allowed.total_kb:
-        wrong.append(
-            f"{allowed.what} has grown by {risen:.0f} kB since it was warm, "
-            f"allowed {allowed.total_kb:.0f}"
-        )
-    return wrong
+def judged(what: str, figures_kb: Sequence[float]) -> list[str]:
+    """Return what is wrong with the figures of a run."""
+    grown_kb, allowed_kb = growth_kb(figures_kb), ALLOWED_KB[what]
+    if grown_kb <= allowed_kb:
+        return []
+    return [f"{what} keeps growing: {grown_kb:.0f} kB in a third of the run, not {allowed_kb:.0f}"]
 
 
 # -- How much memory this process uses: by its live objects, and by the system's count -------------
@@ -311,35 +274,14 @@ class Soak:
 
 def wrong_with(found: Sequence[Figures], *, lasting: bool = False) -> list[str]:
     """Return what is wrong with the figures of one arm."""
-    in_use = [(each.hours, each.memory_kb) for each in found]
-    process = [(each.hours, each.process_kb) for each in found]
-    wrong = judged(in_use, WITHIN if lasting else BETWEEN) + judged(process, PROCESS)
-    if any(each.drift_steps for each in found):
-        wrong.append("it drifted")
-    return wrong
+    what = "memory of the running program" if lasting else "memory between two programs"
+    wrong = judged(what, [each.memory_kb for each in found])
+    wrong += judged("memory of the process", [each.process_kb for each in found])
+    return [*wrong, "it drifted"] if any(each.drift_steps for each in found) else wrong
 
 
-def row(dialect: str, found: Sequence[Figures]) -> str:
-    """Return a row of the table: the figures after the warm-up, and at the end."""
-    first, last = found[0], found[-1]
-    trend = trend_kb([(each.hours, each.memory_kb) for each in found])
-    drift = max(each.drift_steps for each in found)
-    return (
-        f"| {dialect} | {last.hours:.1f} | {last.calls} | {last.refused} | {first.memory_kb:.0f} | "
-        f"{last.memory_kb:.0f} | {trend:+.1f} | {first.process_kb / 1024:.1f} | "
-        f"{last.process_kb / 1024:.1f} | {drift} | {last.took_s:.0f} |"
-    )
-
-
-HEAD = (
-    "| dialect | hours | calls | refused | kB warm | kB at the end | trend, kB | "
-    "process MB warm | at the end | drift, steps | took s |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|"
-)
-
-
-def soak(dialect: str, hours: float, *, lasting: bool = False) -> tuple[str, list[str]]:
-    """Run one arm and print its figures; return its row, and what is wrong."""
+def soak(dialect: str, hours: float, *, lasting: bool = False) -> list[str]:
+    """Run one arm and print its figures; return what is wrong."""
     found: list[Figures] = []
     work = None
     try:
@@ -353,7 +295,7 @@ def soak(dialect: str, hours: float, *, lasting: bool = False) -> tuple[str, lis
             wrong.append(f"grown most: {work.grown()}")
     except Broken as law:
         wrong = [f"{law}, after {work.calls if work else 0} calls"]
-    return row(dialect, found) if found else "", [f"{dialect}: {line}" for line in wrong]
+    return [f"{dialect}: {line}" for line in wrong]
 
 
 def main(words: Sequence[str] | None = None) -> int:
@@ -367,11 +309,8 @@ def main(words: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(words)
     one = partial(soak, hours=chosen.hours, lasting=chosen.lasting)
     with get_context("spawn").Pool(chosen.jobs, maxtasksperchild=1) as pool:
-        ended = list(pool.imap(one, chosen.dialect or DIALECTS, 1))
-    wrong = [line for _, lines in ended for line in lines]
-    table = [line for line, _ in ended if line]
-    verdict = wrong or ["flat, no drift, no step lost"]
-    sys.stdout.write("\n".join(["", HEAD, *table, "", *verdict]) + "\n")
+        wrong = [line for lines in pool.imap(one, chosen.dialect or DIALECTS, 1) for line in lines]
+    sys.stdout.write("\n".join(wrong or ["flat, no drift, no step lost"]) + "\n")
     return int(bool(wrong))
 
 
