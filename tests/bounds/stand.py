@@ -6,6 +6,7 @@ Everything runs in simulated time, so each figure is the same on every computer.
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,7 @@ from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import SimDevice, Value, chosen
 from armdrive.sim.simulated_arm import TITLE, SimulatedArm
-from armdrive.sim.wire import MemoryLink
+from armdrive.sim.wire import MemoryLink, Rule, Share, late
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
@@ -52,46 +53,21 @@ class RecordingWorld(World):
             self.furthest_mm = max(self.furthest_mm, math.dist(self.mark, self.tip))
 
 
-class SlowWire(MemoryLink):
-    """A wire that delays all messages, loses those that `loses` picks, and reports each."""
+class LossyLink(MemoryLink):
+    """A wire that loses the messages that `loses` picks, and reports each."""
 
-    late_s = 0.0
     loses: Callable[[bytes], bool] = staticmethod(lambda data: False)
     on_message: Callable[[bytes], None] = staticmethod(lambda data: None)
-    now_s = 0.0
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send bytes with the delay of the wire, unless they are lost."""
-        self._check(now_s)
-        self.deliver(now_s)
+        """Send bytes, unless they are lost."""
         self.on_message(data)
-        if not self.loses(data):
-            self._waiting.append((now_s + self.late_s, data))
-        self.deliver(now_s)
+        super().write(b"" if self.loses(data) else data, now_s)
 
-    def read(self, now_s: float) -> bytes:
-        """Return what has arrived by now."""
-        self.deliver(now_s)
-        return super().read(now_s)
-
-    def next_s(self) -> float:
-        """Return when the next event is due, at either end or on the wire."""
-        return min(super().next_s(), self._waiting[0][0] if self._waiting else math.inf)
-
-    def deliver(self, now_s: float) -> None:
-        """Let time pass for the wire and the device, with or without a program."""
-        while self._waiting and self._waiting[0][0] <= now_s:
-            due_s, data = self._waiting.pop(0)
-            self.line.send(data, max(due_s, self.now_s))
-            self.now_s = max(due_s, self.now_s)
-        self.line.advance(now_s)
-        self.now_s = max(now_s, self.now_s)
-
-    @property
-    def _waiting(self) -> list[tuple[float, bytes]]:
-        if not hasattr(self, "_in_transit"):
-            self._in_transit: list[tuple[float, bytes]] = []
-        return self._in_transit
+    def delay(self, by_s: float) -> None:
+        """Delay all messages from now on."""
+        every = Share(1.1, random.Random(0))
+        self.line.faults.host.rules.append(Rule(late(by_s), every))
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +110,7 @@ class Stand:
             device.bring_to(at, OPENING_MM)
         else:
             self.world.drive_to(there)
-        self.link = SlowWire(device.line(), TITLE)
+        self.link = LossyLink(device.line(), TITLE)
         self.device = device
         self.pace = SimulatedPace()
         self.arm = Arm(assemble(config, self.link, self.pace, simulated=True))
@@ -151,7 +127,7 @@ class Stand:
 
     def mark(self) -> StopBound:
         """Start to measure here and now; return the announced bounds."""
-        self.link.deliver(self.now_s)
+        self.link.line.advance(self.now_s)
         self.world.mark, self.world.furthest_mm = self.world.tip, 0.0
         self.marked_s = self.world.moved_s = self.now_s
         return self.arm.parts.core.stop_bound()
@@ -168,4 +144,4 @@ class Stand:
 
     def abandon(self, for_s: float) -> None:
         """Let time pass for the arm alone, while its program is dead or suspended."""
-        self.link.deliver(self.now_s + for_s)
+        self.link.line.advance(self.now_s + for_s)
