@@ -300,10 +300,6 @@ class SdoInbox:
                 if self._serials.get(node, content.data) != content.data:
                     self.shared.add(node)
 
-    def has_answer(self, nodes: Iterable[int]) -> bool:
-        """Return whether the transfer with one of some nodes has a result."""
-        return not self.answers.keys().isdisjoint(nodes)
-
     @property
     def shared_words(self) -> str:
         """Which node numbers two drives share; empty if none."""

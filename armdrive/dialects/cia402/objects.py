@@ -71,20 +71,6 @@ PROFILES: Mapping[int, str] = MappingProxyType(
 """Common device profiles. Source: CiA's list of profiles."""
 _KINDS = {0x01: "frequency converter", 0x02: "servo", 0x04: "stepper"}
 
-STATES: Mapping[DriveState, str] = MappingProxyType(
-    {
-        DriveState.NOT_READY: "not ready to switch on",
-        DriveState.DISABLED: "switch on disabled",
-        DriveState.READY: "ready to switch on",
-        DriveState.SWITCHED_ON: "switched on",
-        DriveState.ENABLED: "operation enabled",
-        DriveState.QUICK_STOP: "quick stop active",
-        DriveState.FAULT_REACTION: "fault reaction active",
-        DriveState.FAULT: "fault",
-    }
-)
-"""The states by their names in manuals."""
-
 _CYCLIC = (
     OperationMode.CYCLIC_POSITION,
     OperationMode.CYCLIC_VELOCITY,
@@ -148,7 +134,7 @@ def state_words(value: int, mode: OperationMode | None = None) -> str:
     """Return a statusword: its state and its other flags."""
     word = Statusword(value & 0xFFFF)
     state = word.state
-    parts = ["no state of CiA 402" if state is None else STATES[state]]
+    parts = ["no state of CiA 402" if state is None else in_words(state)]
     special = _STATUS_IN.get(mode, {}) if mode is not None else {}
     bits = [bit for bit in _STATUS if word.has(bit) and (bit not in _OF_MOTION or _holds(state))]
     parts += filter(None, (special.get(bit, _STATUS[bit]) for bit in bits))

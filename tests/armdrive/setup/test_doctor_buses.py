@@ -124,14 +124,14 @@ def test_a_drives_identity_is_described():
     assert "of the nodes 3 these answer: 3 (CANopen)" in said
     assert "node 3: CiA 402, a drive (stepper), called a stepper, vendor 000000AB" in said
     assert "serial number 103" in said
-    assert "node 3: 0240 switch on disabled, mode 0, none, at -500, can do profile position" in said
+    assert "node 3: 0240 disabled, mode 0, none, at -500, can do profile position" in said
     assert "problem" not in said
     assert "note" not in said
 
 
 def test_flags_are_told_as_the_drives_mode_means_them():
     said = told(drive(3, status=0x1237, mode=8))
-    assert "1237 operation enabled, follows its targets, mode 8" in said
+    assert "1237 enabled, follows its targets, mode 8" in said
     assert "set-point taken" not in said
 
 

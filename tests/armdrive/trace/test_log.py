@@ -335,7 +335,7 @@ HEARD = [
     ("grbl", b"<Run|MPos:1.000,-2.500|FS:300,0|Bf:12,200>", "Run at 1 -2.5, feed 300"),
     ("mks", pack(Frame(4, bytes.fromhex("3100000000000136"))), "4: the encoder is at 1"),
     ("cia402", pack(Frame(0x704, b"\x00")), "4: boot-up: it has restarted"),
-    ("cia402", pack(Frame(0x184, bytes.fromhex("37020801000000"))), "4: 0237 operation enabled"),
+    ("cia402", pack(Frame(0x184, bytes.fromhex("37020801000000"))), "4: 0237 enabled"),
 ]
 
 

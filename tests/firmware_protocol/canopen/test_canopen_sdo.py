@@ -283,21 +283,6 @@ DATA, NUMBER = st.binary(max_size=60), st.binary(min_size=1, max_size=4)
 COPIES = st.sampled_from((1, 1, 1, 1, 0, 2, 3))
 
 
-@given(NUMBER, DATA)
-def test_written_objects_are_read_back(data, other):
-    bus = SdoBus({OTHER: other})
-    assert bus.download(PLACE, data) == [canopen.Downloaded(PLACE)]
-    assert bus.upload(PLACE) == [canopen.Uploaded(PLACE, data)]
-    assert bus.upload(OTHER) == [canopen.Uploaded(OTHER, other)]
-    assert bus.client.busy is None
-
-
-def test_missing_objects_are_refused_in_words():
-    (event,) = SdoBus().upload(PLACE)
-    assert event == canopen.Aborted(PLACE, canopen.AbortCode.NO_OBJECT)
-    assert event.words == "there is no such object"
-
-
 def transfer(bus, data, reads):
     if reads:
         bus.objects[PLACE] = data
@@ -341,6 +326,9 @@ def test_after_any_mess_the_next_transfer_goes_well(given, number, chance):
     assert bus.client.abandon() is None
     assert bus.download(OTHER, number) == [canopen.Downloaded(OTHER)]
     assert bus.upload(OTHER) == [canopen.Uploaded(OTHER, number)]
+    assert bus.upload(canopen.Place(0x2000)) == [
+        canopen.Aborted(canopen.Place(0x2000), canopen.AbortCode.NO_OBJECT)
+    ]
 
 
 # -- frames ---------------------------------------------------------------------------------------

@@ -256,23 +256,6 @@ def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_
     assert rig.positions == there + MOVE.steps
 
 
-@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
-def test_a_drive_that_another_program_takes_out_of_operation_in_motion_is_stopped(strategy):
-    rig = moving(steps(200_000), 0.5, settings={"strategy": strategy})
-    order = canopen.Nmt(canopen.NmtCommand.PRE_OPERATIONAL, 1)
-    rig.device.receive((order.frame,), rig.now_s)
-    before, began_s = rig.positions, rig.now_s
-    reply = rig.finish()
-    assert "another program has ordered drive 1 (base) to be pre-operational" in reply.reason
-    assert rig.now_s - began_s < 0.5
-    assert (rig.positions - before)[0] < 20_000 * 0.4
-    stood = rig.positions
-    rig.run(2.0)
-    assert rig.positions == stood
-    assert rig.do(ClearFault()) == Done()
-    assert rig.positions == stood
-
-
 @in_pairs(
     "strategy, late_s, quirk, behaviour",
     ["cyclic", "profile"], [0.32, 0.9], ["hold", "extrapolate"], ["", STAYS_OPERATIONAL],
@@ -424,23 +407,6 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig.suspend(1.5)
     rig.run(1.0)
     assert not rig.alerts()
-    assert rig.states() == {canopen.DriveState.ENABLED}
-
-
-def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
-    rig = Rig().ready()
-    rig.device.board.switch_drive(4, on=False)
-    rig.run(0.1)
-    rig.device.board.switch_drive(4, on=True)
-    rig.run(0.05)
-    number = rig.device.board.node(4).set_id(7, rig.device.board.now_s)
-    rig.run(0.5)
-    rig.device.board.node(4).set_id(number, rig.device.board.now_s)
-    rig.run(0.5)
-    assert canopen.DriveState.FAULT in rig.states()
-    rig.do(ReadPosition())
-    assert rig.do(ClearFault()) == Done()
-    assert rig.do(SwitchOn()) == Done()
     assert rig.states() == {canopen.DriveState.ENABLED}
 
 

@@ -4,10 +4,12 @@ import itertools
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from cia402_rig import QUICK, Rig, moving, steps
 
 from armdrive.config.sections import HomingSettings
 from armdrive.dialects.bus.paths import PlannedPath
+from armdrive.dialects.cia402.compare import parsed_line
 from armdrive.dialects.cia402.controller import Cia402Controller
 from armdrive.errors import Refused
 from armdrive.sim.cia402.motion import Homing
@@ -46,24 +48,10 @@ def differences(targets: list[tuple[float, int]]) -> list[int]:
 # -- the way --------------------------------------------------------------------------------------
 
 
-def smoothed(way: PlannedPath, time_s: float) -> tuple[int, ...]:
-    return tuple(map(round, way.averaged(time_s, 0.03)))
-
-
-def test_a_straight_way_stays_straight_however_it_is_smoothed():
-    way = PlannedPath(Motors((0, 0)))
-    for _ in range(3):
-        way.append(MoveBy(Motors((900, -300)), 9000.0), 0.0)
-    for turn in range(40):
-        base, shoulder = smoothed(way, turn * PERIOD_S)
-        assert abs(base + 3 * shoulder) <= 2
-    assert smoothed(way, 0.4) == (2700, -900)
-
-
 def test_smoothing_makes_ramps_of_jumps_in_speed():
     way = PlannedPath(Motors((0,)))
     way.append(MoveBy(Motors((1000,)), 10_000.0), 0.0)
-    places = [smoothed(way, turn * PERIOD_S)[0] for turn in range(15)]
+    places = [round(way.averaged(turn * PERIOD_S, 0.03)[0]) for turn in range(15)]
     speeds = [b - a for a, b in itertools.pairwise(places)]
     changes = [abs(b - a) for a, b in itertools.pairwise((0, *speeds, 0))]
     assert max(changes) <= 35  # of 100 a turn
@@ -154,7 +142,7 @@ def test_a_drive_that_misses_its_targets_is_sent_no_farther_and_makes_up_for_few
 
 
 @pytest.mark.parametrize("fault", ["alone", "mute"])
-@pytest.mark.parametrize("lasts_s", [0.04, 0.15, 0.25])
+@pytest.mark.parametrize("lasts_s", [0.04, 0.25])
 def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
     """At most over what they were told, and did not hear, until that was noticed."""
     rig = Rig(QUICK).ready()
@@ -242,51 +230,34 @@ def test_a_pause_completes_the_sent_segments_and_draws_no_more():
     assert rig.positions[0] == 6000 * before
 
 
-def test_a_stop_during_frames_that_are_lost_still_stops():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
-    rig.run(0.5)
-    there = rig.positions[0]
-    rig.device.board.node(4).port.mute = True  # another one is not heard at all
-    rig.stop()
-    reply = rig.finish()
-    assert isinstance(reply, RequestRejected | Halted)
-    rig.run(0.5)
-    assert rig.positions[0] - there <= 20_000 * 0.2
-
-
 # -- profile position -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("options", [{"csp": False}, {}])
-def test_bursts_by_profile_position_begin_and_arrive_together(options):
-    settings = {} if options else {"strategy": "profile"}
-    rig = Rig(settings, **options).ready()
+@pytest.mark.parametrize(
+    ("strategy", "options"),
+    [
+        ("cyclic", {"csp": False}),
+        ("profile", {}),
+        ("profile", {"missing": "6084"}),
+        ("profile", {"constant": "6084:00=400000"}),  # a braking ramp of their own
+    ],
+)
+def test_bursts_by_profile_position_begin_and_arrive_together_in_the_announced_time(
+    strategy, options
+):
+    rig = Rig({"strategy": strategy}, **options).ready()
     assert rig.controller.abilities.queued_segments == 0
-    before = rig.positions
+    rig.do(ReadPosition())
+    before, began_s = rig.positions, rig.now_s
     rig.begin(MoveBy(steps(6000, -3000), 20_000.0))
-    while rig.reply() is None:
+    while (reply := rig.reply()) is None:
         rig.run(0.007)
         base, shoulder, *_ = rig.positions - before
-        assert abs(base + 2 * shoulder) <= 4
+        assert abs(base + 2 * shoulder) <= 4 or "constant" in options
+    assert reply == Done()
+    assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
     assert (rig.positions - before)[:2] == (6000, -3000)
     assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
-
-
-@pytest.mark.parametrize("missing", ["", "6084"])
-def test_a_burst_lasts_as_long_as_announced(missing):
-    rig = Rig({"strategy": "profile"}, missing=missing).ready()
-    rig.do(ReadPosition())
-    began_s = rig.now_s
-    assert rig.do(MoveBy(steps(6000), 20_000.0)) == Done()
-    assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
-
-
-def test_drives_with_a_braking_ramp_of_their_own_move_in_bursts():
-    rig = Rig({"strategy": "profile"}, constant="6084:00=400000").ready()
-    before = rig.positions
-    assert rig.do(MoveBy(steps(6000, -3000), 20_000.0)) == Done()
-    assert rig.positions - before == steps(6000, -3000)
 
 
 # -- homing and settings --------------------------------------------------------------------------
@@ -386,22 +357,6 @@ def test_a_drive_that_still_reports_how_an_earlier_homing_ended_homes_again(befo
     assert abs(node.motor.shaft - node.motor.switch.at) < 10
 
 
-def test_a_homing_that_fails_is_reported():
-    rig = Rig({"homing_methods": (1,) * 6}).ready()
-    reply = rig.do(HomeDevice(((0,),)))
-    assert isinstance(reply, RequestRejected)
-    assert "drive 1 (base)" in reply.reason
-
-
-def test_a_setting_that_differs_is_mended_by_its_line():
-    rig = Rig()
-    assert rig.do(FixSetting("1: 6065:00 u32 4321")) == Done()
-    (wrong,) = rig.do(ReadSettings()).differences
-    assert wrong.found == "4321"
-    assert rig.do(FixSetting(wrong.fix)) == Done()
-    assert rig.do(ReadSettings()).differences == ()
-
-
 def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     rig = Rig({"encoder_increments": 4096})
     told = rig.do(ReadSettings())
@@ -410,8 +365,12 @@ def test_settings_that_differ_are_reported_with_the_line_that_mends_them():
     assert (first.found, first.expected, first.must) == ("10000", "4096", True)
     assert first.fix == "1: 608F:01 u32 4096"
     assert "can only be read" in rig.do(FixSetting(first.fix)).reason
-    told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
-    assert told.differences == ()
+    rig = Rig({"encoder_increments": 10_000})
+    assert rig.do(FixSetting("1: 6065:00 u32 4321")) == Done()
+    (wrong,) = rig.do(ReadSettings()).differences
+    assert wrong.found == "4321"
+    assert rig.do(FixSetting(wrong.fix)) == Done()
+    assert rig.do(ReadSettings()).differences == ()
 
 
 @pytest.mark.parametrize(("turns", "differs"), [(2, False), (3, True)])
@@ -420,7 +379,7 @@ def test_a_ratio_in_other_numbers_is_the_same_ratio(turns, differs):
     assert bool(rig.do(ReadSettings()).differences) is differs
 
 
-@pytest.mark.parametrize(
+@every_row(
     "line",
     [
         "nonsense",
@@ -428,14 +387,16 @@ def test_a_ratio_in_other_numbers_is_the_same_ratio(turns, differs):
         "1: 60B0:00 i32 999",
         "1: 60FF:00 i32 999",
         "1: 1016:01 u32 0",
-        "9: 607E:00 u8 0",
     ],
 )
 def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
-    rig = Rig()
-    rig.do(ReadPosition())
     with pytest.raises(Refused):
-        rig.do(FixSetting(line))
+        parsed_line(line)
+
+
+def test_a_line_for_a_drive_of_another_arm_is_refused():
+    with pytest.raises(Refused, match="no drive of this arm"):
+        Rig().do(FixSetting("9: 607E:00 u8 0"))
 
 
 # -- Paused while a drive is not heard: the arm stands where it was, until it is resumed -----------
@@ -475,7 +436,7 @@ WAITED_IN = (0.08, 0.12, MUTE_S + 0.005)
 """The motion itself waits, since that drive is not heard."""
 
 
-@pytest.mark.parametrize("pause_s", [0.0, *WAITED_IN, MUTE_S + 0.05])
+@pytest.mark.parametrize("pause_s", [0.0, WAITED_IN[1], MUTE_S + 0.05])
 def test_a_paused_arm_stands_within_the_announced_time_and_resumes(pause_s):
     pause = Pause(pause_s)
     rig, stood = pause.rig, pause.rig.positions
@@ -507,14 +468,6 @@ def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
     assert rig.finish() == Halted()
     assert rig.positions == stood
     assert not rig.alerts()
-
-
-def test_a_drive_that_falls_silent_in_such_a_pause_is_reported():
-    pause = Pause(0.08)
-    pause.rig.device.board.node(2).port.mute = True  # counted from 0
-    reply = pause.rig.finish()
-    assert isinstance(reply, RequestRejected)
-    assert "drive 3 (elbow)" in reply.reason
 
 
 def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free():
@@ -569,8 +522,9 @@ def test_a_blocked_shaft_is_held_where_it_stands(strategy):
     comes_free(blocked(strategy, mute=False))
 
 
-@STRATEGIES
-@pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()], ids=["reset", "enable"])
+@pytest.mark.parametrize(
+    ("strategy", "request_"), [("cyclic", ClearFault()), ("profile", SwitchOn())]
+)
 def test_a_blocked_shaft_is_held_where_it_stands_once_its_drive_answers_again(strategy, request_):
     rig = blocked(strategy, mute=True)
     assert rig.node(1).motor.point.end != rig.node(1).motor.shaft
@@ -583,8 +537,6 @@ def test_a_blocked_shaft_is_held_where_it_stands_once_its_drive_answers_again(st
     ("strategy", "rate_hz", "blocked_s"),
     [
         ("cyclic", 20_000.0, 0.005),
-        ("cyclic", 20_000.0, 0.1),
-        ("cyclic", 1000.0, 0.03),
         ("cyclic", 1000.0, 0.5),
         ("profile", 20_000.0, BLOCKED_S),
     ],

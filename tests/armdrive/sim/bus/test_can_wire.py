@@ -199,48 +199,12 @@ class TestLink:
         bench.link.write(packed[4:], bench.now_s)
         assert [each for _, each in bench.run()] == [Frame(6, b"\r\n\r\n")]
 
-    def test_a_lost_frame_is_lost_and_the_next_is_not(self):
-        for effect in (lost, changed(random.Random(1))):
-            bench = Bench()
-            bench.link.line.faults.host.rules.append(Rule(effect, Next()))
-            bench.write(Frame(1), Frame(3))
-            assert [each.can_id for _, each in bench.run()] == [4]
-
-    @pytest.mark.parametrize(("amount", "there"), [(Nth(2), [4, 4, 2]), (Next(), [2, 2, 4])])
-    def test_faults_count_frames(self, amount, there):
-        bench = Bench()
-        bench.link.line.faults.host.rules.append(Rule(repeated, amount))
-        bench.write(Frame(1), Frame(3))
-        assert sorted(each.can_id for _, each in bench.run()) == sorted(there)
-
-    def test_a_lost_answer_was_heard_by_the_drive(self):
-        bench = Bench()
-        bench.link.line.faults.device.rules.append(Rule(lost, Next()))
-        bench.write(Frame(1))
-        assert bench.run() == []
-        assert len(bench.drive.heard) == 1
-
     def test_a_delayed_frame_comes_later(self):
         bench = Bench()
         bench.link.line.faults.device.rules.append(Rule(late(0.2), Next()))
         bench.write(Frame(1))
         ((time_s, _),) = bench.run()
         assert 0.2 < time_s < 0.21
-
-    def test_a_frame_is_overtaken_by_the_next(self):
-        bench = Bench()
-        bench.link.line.faults.host.rules.append(overtaken(Next()))
-        bench.write(Frame(1), Frame(3), Frame(5), Frame(7))
-        bench.run()
-        assert [each.can_id for _, each in bench.drive.heard] == [3, 1, 5, 7]
-        assert bench.link.line.faults.host.rules == []
-
-    def test_a_frame_that_nothing_overtakes_is_late_for_ever(self):
-        bench = Bench()
-        bench.link.line.faults.host.rules.append(overtaken(Share(1.0, random.Random(1))))
-        bench.write(Frame(1), Frame(3), Frame(5))
-        bench.run()
-        assert [each.can_id for _, each in bench.drive.heard] == [3, 1]
 
     def test_bus_off_is_told_and_ends_with_reopening(self):
         bench = Bench()
@@ -276,6 +240,30 @@ class TestLink:
         assert bench.link.line.backlog == 3
         bench.run()
         assert bench.link.line.backlog == 0
+
+
+@every_row(
+    "effect, heard, answered",
+    [
+        (lambda: Rule(lost, Next()), [3, 5, 7], [4, 6, 8]),
+        (lambda: Rule(changed(random.Random(1)), Next()), [3, 5, 7], [4, 6, 8]),
+        (lambda: Rule(repeated, Nth(2)), [1, 3, 3, 5, 7], [2, 4, 4, 6, 8]),
+        (lambda: overtaken(Next()), [3, 1, 5, 7], [4, 2, 6, 8]),
+        # one that nothing overtakes is late for ever
+        (lambda: overtaken(Share(1.0, random.Random(1))), [3, 1, 7, 5], [4, 2, 8, 6]),
+    ],
+)
+def test_faults_concern_whole_frames_either_way(effect, heard, answered):
+    bench = Bench()
+    bench.link.line.faults.host.rules.append(effect())
+    bench.write(*map(Frame, (1, 3, 5, 7)))
+    bench.run()
+    assert [each.can_id for _, each in bench.drive.heard] == heard
+    bench = Bench()
+    bench.link.line.faults.device.rules.append(effect())
+    bench.write(*map(Frame, (1, 3, 5, 7)))
+    assert sorted(each.can_id for _, each in bench.run()) == sorted(answered)
+    assert len(bench.drive.heard) == 4
 
 
 # -- The adapter -----------------------------------------------------------------------------------
