@@ -2,8 +2,7 @@
 
 Read in this order, after `dialects.bus`:
 
-    controller   what the engine uses: frames, events, the bounds of stops
-    requests     which collaborator carries out each request of an arm
+    controller   what the engine uses: requests, frames, events, the bounds of stops
     drives       the state of each drive, as its events show it
     exchange     what scripts work with: SYNC cycles, position reads, states, objects by SDO
     contact      finding the drives, setting them up, switching their current, clearing faults

@@ -91,6 +91,8 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         self.beats = HeartbeatProducer(settings.master_id, settings.heartbeat_period_ms / 1000.0)
         self.began_s = -math.inf
         """When the present request began."""
+        self.underruns = 0
+        """How often a cycle was late, or a path ended although more was to come."""
         self._looked_s = -math.inf
         """When a silent drive at rest was asked last."""
 

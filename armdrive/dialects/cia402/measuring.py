@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from statistics import linear_regression
 from typing import TypeAlias
 
 from armdrive.dialects.bus.observer import PROMPT_REPLY_S
@@ -55,12 +56,9 @@ Reading: TypeAlias = tuple[float, int]
 """A time in seconds, and increments from the start of a turn."""
 
 
-def slope(points: Iterable[tuple[float, float]]) -> float:
+def _slope(points: Iterable[tuple[float, float]]) -> float:
     """Return the slope of the line through points, by least squares."""
-    xs, ys = zip(*points, strict=True)
-    x0, y0 = math.fsum(xs) / len(xs), math.fsum(ys) / len(ys)
-    over = math.fsum((x - x0) * (y - y0) for x, y in zip(xs, ys, strict=True))
-    return over / math.fsum((x - x0) ** 2 for x in xs)
+    return linear_regression(*zip(*points, strict=True)).slope
 
 
 def named_unit(hz: float, turn: float) -> tuple[float, str]:
@@ -96,130 +94,131 @@ def _ramp(readings: Sequence[Reading]) -> float:
 
     s = a / 2 * t^2, so the root of the distance grows evenly.
     """
-    return 2.0 * slope((s, math.sqrt(at)) for s, at in readings) ** 2
+    return 2.0 * _slope((s, math.sqrt(at)) for s, at in readings) ** 2
 
 
-class UnitMeasurement:
-    """Times slow turns of one motor; the other drives hold meanwhile."""
+def measure_units(io: Cia402Exchange, drive: Cia402Drive, steps: int) -> Script[Reply]:
+    """Measure the units of a drive, whose motor turns by at most `steps` and back.
 
-    def __init__(self, io: Cia402Exchange) -> None:
-        self._io = io
+    The other drives hold meanwhile.
+    """
+    yield from prepare(io, io.group.resting_mode)
+    yield from io.states.take_mode((drive,), canopen.OperationMode.PROFILE_POSITION)
+    try:
+        speed = yield from _speed_hz(io, drive, steps)
+        ramp = yield from _ramp_hz_s(io, drive, steps, speed)
+    except Obstructed:
+        yield from _hold(io, drive)
+        raise
+    yield from _hold(io, drive)
+    (speed_hz, named), (ramp_hz, ramp_named) = (
+        named_unit(each, drive.turn) for each in (speed, ramp)
+    )
+    reported_hz = drive.reported_unit_hz
+    return MeasuredUnits(
+        speed_hz,
+        ramp_hz,
+        bool(reported_hz) and all(abs(each / reported_hz - 1.0) <= NEAR for each in (speed, ramp)),
+        f"one unit of speed is {named}, one of ramps {ramp_named} a second "
+        f"(measured: {speed:.4g} increments/s and {ramp:.4g} increments/s²)",
+    )
 
-    def measure(self, drive: Cia402Drive, steps: int) -> Script[Reply]:
-        """Measure the units of a drive, whose motor turns by at most `steps` and back."""
-        yield from prepare(self._io, self._io.group.resting_mode)
-        yield from self._io.states.take_mode((drive,), canopen.OperationMode.PROFILE_POSITION)
-        try:
-            speed = yield from self._speed_hz(drive, steps)
-            ramp = yield from self._ramp_hz_s(drive, steps, speed)
-        except Obstructed:
-            yield from self._hold(drive)
-            raise
-        yield from self._hold(drive)
-        (speed_hz, named), (ramp_hz, ramp_named) = (
-            named_unit(each, drive.turn) for each in (speed, ramp)
+
+def _hold(io: Cia402Exchange, drive: Cia402Drive) -> Script[None]:
+    """Make a drive hold where it is, like the others."""
+    drive.rest()
+    yield from io.states.take_mode((drive,), io.group.resting_mode)
+    yield from io.states.hold_here((drive,))
+
+
+def _speed_hz(io: Cia402Exchange, drive: Cia402Drive, steps: int) -> Script[float]:
+    """Return the unit of speed in increments/s."""
+    speed = Quantity(
+        lambda goal, number: BurstPart(goal, number, STEEP_RAMP),
+        CRUISE,
+        _slope,
+        f"{drive} does not turn whatever speed it gets: look at its supply, its current and "
+        "its brake",
+        f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
+        "cia402.speed_units as its manual says",
+    )
+    return (yield from _unit(io, drive, speed, steps))
+
+
+def _ramp_hz_s(
+    io: Cia402Exchange, drive: Cia402Drive, steps: int, speed_hz: float
+) -> Script[float]:
+    """Return the unit of ramps in increments/s², for a drive with this unit of speed."""
+    fast, slow = (max(round(hz / speed_hz), 1) for hz in (FAST_HZ, SLOWEST_HZ))
+    failed = (
+        f"{drive} does not gain speed as a ramp of increments/s² does: if its manual states "
+        "ramps (6083, 6085) as times, it cannot be driven; else write cia402.ramp_units as it "
+        "says"
+    )
+    ramp = Quantity(lambda goal, number: BurstPart(goal, fast, number), RISE, _ramp, failed, failed)
+    return (yield from _unit(io, drive, ramp, steps, slow))
+
+
+def _unit(
+    io: Cia402Exchange, drive: Cia402Drive, quantity: Quantity, steps: int, back: int = 0
+) -> Script[float]:
+    """Return a unit, by turns with greater and greater numbers of it.
+
+    The motor turns back with the number `back` as its speed, by default with that of the way.
+    """
+    start, number, distance = drive.shaft.count, 1, min(FIRST_INCREMENTS, steps)
+    while True:
+        away = quantity.part(start + distance, number)
+        home = BurstPart(start, back or number, STEEP_RAMP)
+        readings = yield from _prompt_turn(io, drive, away, home)
+        low, high = (share * distance for share in quantity.shares)
+        timed = [each for each in readings if low <= each[1] <= high]
+        if readings[-1][1] < high:
+            number *= GROWTH
+            if number > LARGEST_NUMBER:
+                raise Obstructed(RequestRejected(quantity.unreached))
+        elif len(timed) >= LEAST_READINGS:
+            return quantity.value(timed) / number
+        elif distance < steps:
+            distance = steps
+        else:
+            raise Obstructed(RequestRejected(quantity.untimed))
+
+
+def _prompt_turn(
+    io: Cia402Exchange, drive: Cia402Drive, away: BurstPart, home: BurstPart
+) -> Script[list[Reading]]:
+    """Turn a motor away and back; return where it was on the way, if no reading was late.
+
+    A speed that was timed on a busy computer would be wrong, and the arm too fast for ever.
+    """
+    distance = away.goal - home.goal
+    for _ in range(TRIES):
+        turn = yield from _turn(io, drive, away, TRY_S * max(distance / FIRST_INCREMENTS, 1.0))
+        yield from _turn(io, drive, home, TRY_S + 2.0 * distance / SLOWEST_HZ)
+        if not turn.late:
+            return turn.readings
+    raise Obstructed(
+        RequestRejected(
+            f"the answers of {drive} come too late to time its motor, or get lost: close other "
+            "programs on this computer, and check the bus (`armdrive doctor --can`)"
         )
-        reported_hz = drive.reported_unit_hz
-        return MeasuredUnits(
-            speed_hz,
-            ramp_hz,
-            bool(reported_hz)
-            and all(abs(each / reported_hz - 1.0) <= NEAR for each in (speed, ramp)),
-            f"one unit of speed is {named}, one of ramps {ramp_named} a second "
-            f"(measured: {speed:.4g} increments/s and {ramp:.4g} increments/s²)",
-        )
+    )
 
-    def _hold(self, drive: Cia402Drive) -> Script[None]:
-        """Make a drive hold where it is, like the others."""
-        drive.rest()
-        yield from self._io.states.take_mode((drive,), self._io.group.resting_mode)
-        yield from self._io.states.hold_here((drive,))
 
-    def _speed_hz(self, drive: Cia402Drive, steps: int) -> Script[float]:
-        """Return the unit of speed in increments/s."""
-        speed = Quantity(
-            lambda goal, number: BurstPart(goal, number, STEEP_RAMP),
-            CRUISE,
-            slope,
-            f"{drive} does not turn whatever speed it gets: look at its supply, its current and "
-            "its brake",
-            f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
-            "cia402.speed_units as its manual says",
-        )
-        return (yield from self._unit(drive, speed, steps))
+def _turn(io: Cia402Exchange, drive: Cia402Drive, part: BurstPart, for_s: float) -> Script[Turn]:
+    """Turn a motor to a goal, for at most a time.
 
-    def _ramp_hz_s(self, drive: Cia402Drive, steps: int, speed_hz: float) -> Script[float]:
-        """Return the unit of ramps in increments/s², for a drive with this unit of speed."""
-        fast, slow = (max(round(hz / speed_hz), 1) for hz in (FAST_HZ, SLOWEST_HZ))
-        failed = (
-            f"{drive} does not gain speed as a ramp of increments/s² does: if its manual states "
-            "ramps (6083, 6085) as times, it cannot be driven; else write cia402.ramp_units as it "
-            "says"
-        )
-        ramp = Quantity(
-            lambda goal, number: BurstPart(goal, fast, number), RISE, _ramp, failed, failed
-        )
-        return (yield from self._unit(drive, ramp, steps, slow))
-
-    def _unit(
-        self, drive: Cia402Drive, quantity: Quantity, steps: int, back: int = 0
-    ) -> Script[float]:
-        """Return a unit, by turns with greater and greater numbers of it.
-
-        The motor turns back with the number `back` as its speed, by default with that of the way.
-        """
-        start, number, distance = drive.shaft.count, 1, min(FIRST_INCREMENTS, steps)
-        while True:
-            away = quantity.part(start + distance, number)
-            home = BurstPart(start, back or number, STEEP_RAMP)
-            readings = yield from self._prompt_turn(drive, away, home)
-            low, high = (share * distance for share in quantity.shares)
-            timed = [each for each in readings if low <= each[1] <= high]
-            if readings[-1][1] < high:
-                number *= GROWTH
-                if number > LARGEST_NUMBER:
-                    raise Obstructed(RequestRejected(quantity.unreached))
-            elif len(timed) >= LEAST_READINGS:
-                return quantity.value(timed) / number
-            elif distance < steps:
-                distance = steps
-            else:
-                raise Obstructed(RequestRejected(quantity.untimed))
-
-    def _prompt_turn(
-        self, drive: Cia402Drive, away: BurstPart, home: BurstPart
-    ) -> Script[list[Reading]]:
-        """Turn a motor away and back; return where it was on the way, if no reading was late.
-
-        A speed that was timed on a busy computer would be wrong, and the arm too fast for ever.
-        """
-        distance = away.goal - home.goal
-        for _ in range(TRIES):
-            turn = yield from self._turn(drive, away, TRY_S * max(distance / FIRST_INCREMENTS, 1.0))
-            yield from self._turn(drive, home, TRY_S + 2.0 * distance / SLOWEST_HZ)
-            if not turn.late:
-                return turn.readings
-        raise Obstructed(
-            RequestRejected(
-                f"the answers of {drive} come too late to time its motor, or get lost: close other "
-                "programs on this computer, and check the bus (`armdrive doctor --can`)"
-            )
-        )
-
-    def _turn(self, drive: Cia402Drive, part: BurstPart, for_s: float) -> Script[Turn]:
-        """Turn a motor to a goal, for at most a time.
-
-        Raises `Obstructed` if something stops it.
-        """
-        io = self._io
-        yield from write_parts(io, {drive: part})
-        yield from io.states.offer({drive: part.goal})
-        run = MotionRun(io, None)
-        turn = Turn(run, drive, for_s)
-        reply = yield from run.carry_out(Phase.HOMING, turn)
-        if not isinstance(reply, Done):
-            raise Obstructed(reply)
-        return turn
+    Raises `Obstructed` if something stops it.
+    """
+    yield from write_parts(io, {drive: part})
+    yield from io.states.offer({drive: part.goal})
+    run = MotionRun(io, None)
+    turn = Turn(run, drive, for_s)
+    reply = yield from run.carry_out(Phase.HOMING, turn)
+    if not isinstance(reply, Done):
+        raise Obstructed(reply)
+    return turn
 
 
 class Turn(CycleStage):

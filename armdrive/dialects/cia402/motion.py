@@ -124,27 +124,17 @@ MIN_CYCLE_SHARE = 0.75
 interpolate. The delay is caught up in four cycles."""
 
 
-class CyclicMotion:
-    """Moves drives along segments with a target in each cycle."""
-
-    def __init__(self, io: Cia402Exchange) -> None:
-        self._io = io
-        self.underruns = 0
-        """How often a cycle was late, or the path ended although more was to come."""
-
-    def drive(self, request: MoveAlong) -> Script[Reply]:
-        """Send targets along segments, until the end or until something stops the drives."""
-        io = self._io
-        yield from prepare(io, OperationMode.CYCLIC_POSITION)
-        path = PlannedPath(Motors(drive.shaft.goal for drive in io.drives))
-        trip = CyclicTrip(request, path, io.settings.smoothing_ms / 1000.0)
-        run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
-        targets = CyclicTargets(run, trip)
-        try:
-            reply = yield from run.carry_out(Phase.MOVING, targets, REST_CYCLES)
-        finally:
-            self.underruns += trip.underruns
-        return Halted() if isinstance(reply, Done) and not trip.complete else reply
+def stream(io: Cia402Exchange, request: MoveAlong) -> Script[Reply]:
+    """Send targets along segments in each cycle, until the end or until something stops it."""
+    yield from prepare(io, OperationMode.CYCLIC_POSITION)
+    path = PlannedPath(Motors(drive.shaft.goal for drive in io.drives))
+    trip = CyclicTrip(request, path, io.settings.smoothing_ms / 1000.0)
+    run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
+    try:
+        reply = yield from run.carry_out(Phase.MOVING, CyclicTargets(run, trip), REST_CYCLES)
+    finally:
+        io.underruns += trip.underruns
+    return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
 
 class CyclicTargets(CycleStage):
@@ -232,46 +222,39 @@ def write_parts(io: Cia402Exchange, parts: Mapping[Cia402Drive, BurstPart]) -> S
     yield from io.transfers.carry_out(jobs, optional=(canopen.PROFILE_DECELERATION,))
 
 
-class ProfileMotion:
-    """Sends one burst at a time: one set-point for each drive, all started by one SYNC.
+def burst(
+    io: Cia402Exchange, steps: Motors, rate_hz: float, released: Callable[[], bool]
+) -> Script[Reply]:
+    """Send a burst and wait for its end: one set-point for each drive, all started by one SYNC.
 
     Each drive's speed and ramp are in proportion to its distance, so that all stay in step and
     arrive together.
     """
-
-    def __init__(self, io: Cia402Exchange) -> None:
-        self._io = io
-
-    def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script[Reply]:
-        """Send a burst and wait for its end."""
-        io = self._io
-        yield from prepare(io, OperationMode.PROFILE_POSITION)
-        parts = {
-            drive: self._part(drive, count, abs(count) / steps.largest, rate_hz)
-            for drive, count in zip(io.drives, steps, strict=True)
-            if count
-        }
-        if not parts:
-            return Done()
-        goals = {drive: part.goal for drive, part in parts.items()}
-        if words := beyond_words(goals.items()):
-            raise Obstructed(words)
-        yield from write_parts(io, parts)
-        if io.stop_asked or released():
-            return Halted()
-        yield from io.states.offer(goals)
-        if io.stop_asked:
-            return Halted()
-        for drive, part in parts.items():
-            speed, slope = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
-            drive.order(part.goal, speed, slope, io.now_s)
-        run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
-        lasts_s = io.limits.lasts_s(steps.largest, rate_hz)
-        return (yield from run.carry_out(Phase.MOVING, Burst(run, list(parts), lasts_s)))
-
-    def _part(self, drive: Cia402Drive, count: int, share: float, rate_hz: float) -> BurstPart:
-        speed, slope = share * min(rate_hz, TOP_HZ), share * self._io.limits.ramp_hz_s
-        return BurstPart(drive.shaft.goal + count, drive.speed(speed), drive.ramp(slope))
+    yield from prepare(io, OperationMode.PROFILE_POSITION)
+    parts = {}
+    for drive, count in zip(io.drives, steps, strict=True):
+        if count:
+            share = abs(count) / steps.largest
+            speed = drive.speed(share * min(rate_hz, TOP_HZ))
+            slope = drive.ramp(share * io.limits.ramp_hz_s)
+            parts[drive] = BurstPart(drive.shaft.goal + count, speed, slope)
+    if not parts:
+        return Done()
+    goals = {drive: part.goal for drive, part in parts.items()}
+    if words := beyond_words(goals.items()):
+        raise Obstructed(words)
+    yield from write_parts(io, parts)
+    if io.stop_asked or released():
+        return Halted()
+    yield from io.states.offer(goals)
+    if io.stop_asked:
+        return Halted()
+    for drive, part in parts.items():
+        speed_hz, slope_hz_s = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
+        drive.order(part.goal, speed_hz, slope_hz_s, io.now_s)
+    run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
+    lasts_s = io.limits.lasts_s(steps.largest, rate_hz)
+    return (yield from run.carry_out(Phase.MOVING, Burst(run, list(parts), lasts_s)))
 
 
 class Burst(CycleStage):
