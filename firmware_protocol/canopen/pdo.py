@@ -16,7 +16,7 @@ from firmware_protocol.canopen.objects import DataType, Dictionary, Place
 from firmware_protocol.canopen.sdo import AbortCode
 from firmware_protocol.canopen.services import ONE_NODE, Service, cob_id
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, message, whole_from
+from firmware_protocol.fields import an_instance, message, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
 _CODES = {
@@ -135,8 +135,6 @@ EVERY_SYNC = 1
 ON_EVENT = (254, 255)
 """Transmission types: on events; a received PDO takes effect at once."""
 
-_RESERVED = range(241, 252)
-
 
 class Direction(Enum):
     """Whether the device receives or transmits a PDO."""
@@ -183,25 +181,18 @@ def switched_off(direction: Direction, number: int, node: int) -> Write:
     direction=an_instance(Direction, "a Direction"),
     number=whole_from(1, PREDEFINED),
     node=ONE_NODE,
-    transmission=BYTE,
 )
 class PdoSetup:
-    """The desired configuration of a PDO with a predefined COB-ID: `number` is 1 to 4.
+    """The configuration of a PDO with a predefined COB-ID for every SYNC: `number` is 1 to 4.
 
-    `transmission` is 1 to 240 (on every nth SYNC), 0 (on the first SYNC after a change) or 252 to
-    255 (on events). The device's times stay as they are. If the transmission of a received PDO is
-    constant, it may take effect on events too.
+    The device's times stay as they are. If the transmission type of a received PDO is constant, it
+    may take effect on events too.
     """
 
     direction: Direction
     number: int
     node: int
     mapping: Mapping
-    transmission: int = EVERY_SYNC
-
-    def __post_init__(self) -> None:
-        if self.transmission in _RESERVED:
-            raise BadField("transmission", self.transmission, "0 to 240 or 252 to 255")
 
     @property
     def frame_id(self) -> int:
@@ -223,7 +214,7 @@ class PdoSetup:
                 for sub, entry in enumerate(entries, 1)
             ),
             Write(Place(mapping, 0), DataType.U8, len(entries)),
-            Write(Place(communication, _TRANSMISSION), DataType.U8, self.transmission, at_once),
+            Write(Place(communication, _TRANSMISSION), DataType.U8, EVERY_SYNC, at_once),
             Write(Place(communication, _COB), DataType.U32, cob),
         )
 

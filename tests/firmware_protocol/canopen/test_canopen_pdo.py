@@ -92,7 +92,6 @@ def test_a_devices_mapping_is_read_by_the_dictionary():
         (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 0, 5, ORDER), "number"),
         (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 5, 5, ORDER), "number"),
         (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 0, ORDER), "node"),
-        (lambda: canopen.PdoSetup(canopen.Direction.RECEIVED, 1, 5, ORDER, 241), "transmission"),
     ],
 )
 def test_nonsense_of_ours_names_its_field(make, field):

@@ -111,18 +111,10 @@ def test_an_adapter_that_is_unplugged_in_motion_is_found_again_by_the_same_progr
 
 
 def test_an_adapter_that_restarts_has_closed_its_channel_and_is_reopened(bus):
-    """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
+    """One that refuses no frame looks like drives that are off, as in the conformance suite."""
     adapter = bus.server.adapters[0]
     with Arm.connect(bus.port, dialect="mks") as arm:
         words = "refuses frames: .* restarted"
         stood = check_motion_ends(arm, bus.device, adapter.restart, LinkLost, words)
         arm.reconnect()
-        adapter.faults.mute = True
-        arm.reset()
-        stood = check_motion_ends(arm, bus.device, adapter.restart, NoAnswer, "answer")
-        assert arm.status.state is State.ERROR_STOP
-        assert arm.status.error_code == "E502"
-        with pytest.raises(NoAnswer):
-            arm.reset()
-    with Arm.connect(bus.port, dialect="mks") as arm:
         check_goes_on(arm, bus.device, stood)

@@ -43,8 +43,7 @@ def test_homing_ends_where_the_arm_file_says_on_either_side(dialect, side):
     assert arm.status.trust is Trust.REFERENCED
 
 
-@DIALECTS
-@SIDES
+@pytest.mark.parametrize(("dialect", "side"), [("mks", 1), ("cia402", -1), ("cia402", 1)])
 def test_a_search_in_the_wrong_direction_ends_in_an_error_and_references_nothing(dialect, side):
     arm = arm_with_switch(dialect, side, wrong=True)
     with pytest.raises(DeviceFault, match="base") as failed:

@@ -30,13 +30,11 @@ PP, HOMING, CSP = (
 )
 
 
-def setups(
-    node: int, transmission: int = canopen.EVERY_SYNC
-) -> tuple[canopen.PdoSetup, canopen.PdoSetup]:
+def setups(node: int) -> tuple[canopen.PdoSetup, canopen.PdoSetup]:
     """Return the two PDOs that carry all of a motion."""
     return (
-        canopen.PdoSetup(canopen.Direction.RECEIVED, 1, node, ORDER, transmission),
-        canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, node, STATE, transmission),
+        canopen.PdoSetup(canopen.Direction.RECEIVED, 1, node, ORDER),
+        canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, node, STATE),
     )
 
 
@@ -92,12 +90,12 @@ class Bench(BusSim[Frame]):
 
     # Drives.
 
-    def set_up(self, *nodes: int, transmission: int = canopen.EVERY_SYNC) -> None:
+    def set_up(self, *nodes: int) -> None:
         """Have drives talk by SYNC, and be operational."""
         for node in nodes:
             for number in (2, 3):
                 self.write(node, canopen.Place(0x1800 + number - 1, 1), 1 << 31 | 0x181)
-            for setup in setups(node, transmission):
+            for setup in setups(node):
                 for write in setup.writes:
                     assert self.write(node, write.place, write.value) is None
             assert self.write(node, canopen.Place(0x60C2, 1), 10) is None

@@ -1,50 +1,75 @@
 """Our SDO client and our tables, beside the node and the tables of the package `canopen`."""
 
+import io
+import uuid
+from types import SimpleNamespace
+
 import pytest
 
 canopen = pytest.importorskip("canopen")
 
+import can  # noqa: E402
+from canopen.objectdictionary.eds import import_eds  # noqa: E402
 from canopen.profiles.p402 import State402  # noqa: E402
-from canopen_peer import (  # noqa: E402
-    NAME,
-    NODE,
-    receive,
-    send,
-    their_dictionary,
-    virtual_bus,
-)
+from eds_writer import write_eds  # noqa: E402
 
 from firmware_protocol.canopen import (  # noqa: E402
     CONTROLWORD,
+    STANDARD,
     STATUSWORD,
     TRANSITIONS,
     AbortCode,
     Aborted,
+    Access,
     Controlword,
+    DataType,
+    Dictionary,
     DriveState,
     Emergency,
+    ObjectEntry,
     Place,
     SdoClient,
     Statusword,
     Uploaded,
 )
+from firmware_protocol.frames import Frame  # noqa: E402
+
+NODE, PATIENCE_S, CYCLE_S = 5, 5.0, 0.02
+NAME = Place(0x1008)
+DICTIONARY = Dictionary(
+    (*STANDARD, ObjectEntry(NAME, "Device name", DataType.VISIBLE_STRING, Access.RW))
+)
 
 
 @pytest.fixture
 def bus():
-    with virtual_bus() as found:
-        yield found
+    """Return their network and our end of the same virtual bus."""
+    channel = str(uuid.uuid4())
+    network = canopen.Network()
+    network.NOTIFIER_CYCLE = CYCLE_S
+    with can.Bus(channel, interface="virtual") as ours:
+        network.connect(channel=channel, interface="virtual")
+        yield SimpleNamespace(network=network, ours=ours)
+        network.disconnect()
 
 
 @pytest.fixture
 def slave(bus):
-    return bus.network.create_node(NODE, their_dictionary())
+    return bus.network.create_node(NODE, import_eds(io.StringIO(write_eds(DICTIONARY)), NODE))
+
+
+def receive(bus) -> Frame:
+    message = bus.ours.recv(PATIENCE_S)
+    assert message is not None, "they say nothing"
+    return Frame(message.arbitration_id, bytes(message.data))
 
 
 def transfer(bus, client, request):
     """Carry a transfer of ours with their node to its end."""
     while request is not None:
-        send(bus, request)
+        bus.ours.send(
+            can.Message(arbitration_id=request.can_id, data=request.data, is_extended_id=False)
+        )
         request = client.receive_frame(receive(bus))
     return client.next_event()
 
