@@ -3,8 +3,8 @@
 A motion is audited as if it were straight in joint space. A device that does not coordinate its
 motors is on that path only at the ends of its bursts; in between, each motor turns by itself. A
 burst is therefore short enough that the tip stays within `motion.deviation_mm` of the path, and
-shorter near a guard or a joint limit. If a joint is at its limit, a small burst is sent motor by
-motor.
+shorter near a guard or a joint limit: a joint that moves along its limit may pass it by the few
+steps of the smallest burst.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from armdrive.runtime.stop_bounds import deviation_mm
 from armdrive.tasks import MoveBy
 from kinematics.spaces import Motors
 
-# Joint angles during an uncoordinated burst, and the order of the motors.
+# Joint angles during an uncoordinated burst.
 #
 # Each motor is somewhere between its start and its target, independently of the others: the motor
 # positions fill a box. Every joint is a weighted sum of motors, so its extremes are at corners of
@@ -28,45 +28,25 @@ from kinematics.spaces import Motors
 Span = tuple[float, float]
 
 
-class Corridor:
-    """The range of every joint on the way from a start to a target.
+def within_limits(core: Core, start: Motors, target: Motors, strays: Sequence[float]) -> bool:
+    """Return whether no joint passes its limit on the way, in whatever order the motors turn.
 
-    The joint limits, extended to the start and the target if those lie beyond, plus one motor step.
+    A limit extends to the start and the target if those lie beyond, plus one motor step. `strays`
+    bounds each motor's deviation from its share of the path. The bound applies only if the device
+    has no abort: an abort stops the motors with ramps of their own.
     """
-
-    def __init__(self, core: Core, start: Motors, target: Motors) -> None:
-        self._core = core
-        self._rows = core.transmission.inverse
-        here, there = (core.transmission.to_joints(each)[0] for each in (start, target))
-        self._allowed = [
-            (min(bounds.low_rad, a, b) - step, max(bounds.high_rad, a, b) + step)
-            for bounds, a, b, step in zip(
-                core.config.model.arm.limits, here, there, self._steps_rad(), strict=False
-            )
-        ]
-
-    def holds(self, start: Motors, end: Motors, strays: Sequence[float] | None = None) -> bool:
-        """Return whether no joint leaves the corridor, in whatever order the motors turn.
-
-        `strays` bounds each motor's deviation from its share of the path. The bound applies only if
-        the device has no abort: an abort stops the motors with ramps of their own.
-        """
-        here, _ = self._core.transmission.to_joints(start)
-        there, _ = self._core.transmission.to_joints(end)
-        if self._core.controller.abilities.abort is not Abort.NONE:
-            strays = None
-        for row, a, b, (low, high) in zip(self._rows, here, there, self._allowed, strict=False):
-            reach_low, reach_high = _box(row, a, end - start)
-            if strays is not None:
-                stray = sum(abs(share) * one for share, one in zip(row, strays, strict=True))
-                reach_low = max(reach_low, min(a, b) - stray)
-                reach_high = min(reach_high, max(a, b) + stray)
-            if reach_low < low or reach_high > high:
-                return False
-        return True
-
-    def _steps_rad(self) -> Iterator[float]:
-        return (max(map(abs, row)) for row in self._rows)
+    bounded = core.controller.abilities.abort is Abort.NONE
+    here, there = (core.transmission.to_joints(each)[0] for each in (start, target))
+    limits = core.config.model.arm.limits
+    for limit, row, a, b in zip(limits, core.transmission.inverse, here, there, strict=False):
+        step = max(map(abs, row))
+        low, high = _box(row, a, target - start)
+        if bounded:
+            stray = sum(abs(share) * one for share, one in zip(row, strays, strict=True))
+            low, high = max(low, min(a, b) - stray), min(high, max(a, b) + stray)
+        if low < min(limit.low_rad, a, b) - step or high > max(limit.high_rad, a, b) + step:
+            return False
+    return True
 
 
 def _box(row: Sequence[float], angle: float, steps: Motors) -> Span:
@@ -78,45 +58,7 @@ def _box(row: Sequence[float], angle: float, steps: Motors) -> Span:
     )
 
 
-def turns(corridor: Corridor, start: Motors, target: Motors) -> tuple[Motors, ...]:
-    """Return the ends of bursts to a target in which the motors take turns.
-
-    As many motors turn at once as the corridor allows. Empty if no order stays in the corridor.
-    """
-    moving = [motor for motor, one in enumerate(target - start) if one]
-    order = _order(corridor, start, target, frozenset(moving), set())
-    ends: list[Motors] = []
-    at = before = start
-    for motor in order:
-        further = _with(before, target, motor)
-        if before != at and not corridor.holds(at, further):
-            ends.append(before)
-            at = before
-        before = further
-    return (*ends, before) if order else ()
-
-
-def _order(
-    corridor: Corridor, at: Motors, target: Motors, left: frozenset[int], dead: set[frozenset[int]]
-) -> tuple[int, ...]:
-    """Return an order in which single motors stay in the corridor; empty if there is none."""
-    for motor in sorted(left):
-        rest, there = left - {motor}, _with(at, target, motor)
-        if rest in dead or not corridor.holds(at, there):
-            continue
-        if not rest:
-            return (motor,)
-        if order := _order(corridor, there, target, rest, dead):
-            return (motor, *order)
-    dead.add(left)
-    return ()
-
-
-def _with(at: Motors, target: Motors, motor: int) -> Motors:
-    return Motors(target[n] if n == motor else one for n, one in enumerate(at))
-
-
-SMALL_STEPS = 8  # a burst this small is always allowed: there must be a way out of a guard
+SMALL_STEPS = 2  # a burst this small is always allowed: a step or two of each motor, at most
 WAY_OUT_MM = 0.5  # deviation allowed to an arm inside a guard on its way out
 LOOKS = (0.25, 0.5, 0.75)  # where a burst is checked against guards; its ends were audited
 
@@ -125,10 +67,8 @@ def has_room(core: Core, target: Motors, rate_hz: float) -> bool:
     """Return whether a burst from the present position may deviate as far as it can."""
     start = core.position.acknowledged
     largest = (target - start).largest
-    if core.controller.abilities.coordinated or largest <= 1:
+    if core.controller.abilities.coordinated or largest <= SMALL_STEPS:
         return True
-    if largest <= SMALL_STEPS:
-        return bool(in_turn(core, target, rate_hz))
     strays = core.controller.deviation_steps(target - start, rate_hz)
     return _stays_near(core, start, target, strays, core.config.motion.deviation_mm, way_out=True)
 
@@ -153,7 +93,7 @@ def _stays_near(
         return False
     if not core.position_known:
         return True
-    if not Corridor(core, start, target).holds(start, target, strays):
+    if not within_limits(core, start, target, strays):
         return False
     guards = core.config.model.guards.over(core.config.model.arm)
     on_the_way = (joints_between(here, there, look) for look in LOOKS)
@@ -194,23 +134,6 @@ def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
     tolerance_mm = motion.line_tolerance_mm if coordinated else motion.deviation_mm
     strays = deviation_steps(core, steps, rate_hz)
     return _stays_near(core, start, start + steps, strays, tolerance_mm, way_out=False)
-
-
-def in_turn(core: Core, target: Motors, rate_hz: float) -> tuple[Motors, ...]:
-    """Return the targets of the bursts that replace one burst; almost always its own target.
-
-    A small burst at a joint limit is split motor by motor, in an order in which no joint passes its
-    limit. Empty if there is no such order.
-    """
-    start = core.position.acknowledged
-    steps = target - start
-    free = core.controller.abilities.coordinated or not core.position_known
-    if free or not 1 < steps.largest <= SMALL_STEPS:
-        return (target,)
-    corridor = Corridor(core, start, target)
-    if corridor.holds(start, target, core.controller.deviation_steps(steps, rate_hz)):
-        return (target,)
-    return turns(corridor, start, target)
 
 
 # Backlash compensation: a motor that reverses also has to take up its backlash.

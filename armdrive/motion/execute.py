@@ -16,7 +16,7 @@ from itertools import chain
 from armdrive.abilities import segment_s
 from armdrive.errors import Stopped, WrongState
 from armdrive.motion.context import MotionContext, StreamedCourse, Way, way_between
-from armdrive.motion.deviation import has_room, in_turn
+from armdrive.motion.deviation import has_room
 from armdrive.motion.plan import MotionPlan, SpeedLimits
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, given_up
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
@@ -355,13 +355,7 @@ def paced_move(
     target = there.motors(context.core.transmission)
     steps = (target - context.core.position.acknowledged).largest
     rate_hz, until_s = _rate_hz(steps, duration_s), context.now_s + duration_s
-    *first, last = in_turn(context.core, target, rate_hz) or (target,)
-    for corner in first:
-        context.note_deviation(target - context.core.position.acknowledged)
-        yield from context.move(corner, rate_hz, None, released)
-        if context.stopping or released():
-            return
-    yield from context.move(last, rate_hz, there, released)
+    yield from context.move(target, rate_hz, there, released)
     slowest_hz = context.core.controller.usable_rate_hz(0.0)
     if steps / slowest_hz < duration_s:
         yield SleepUntil(until_s)

@@ -20,7 +20,7 @@ from armdrive.motion import jog as held_jog
 from armdrive.motion import jog as jog_aims
 from armdrive.motion import jog as jogging
 from armdrive.motion import plan as planning
-from armdrive.motion.deviation import Corridor
+from armdrive.motion import deviation
 from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride
@@ -131,7 +131,7 @@ FAULTY = (
     Faulty("doubles its speeds",
            ((MotionLimits, "least_s", lambda self, change: LEAST_S(self, change) / 2.0),),
            "degrees a second"),
-    Faulty("passes limits within a burst", ((Corridor, "holds", lambda *_: True),),
+    Faulty("passes limits within a burst", ((deviation, "within_limits", lambda *_: True),),
            "beyond its limit", "armdroid", 6, "pause"),
     Faulty("ends with a traceback", ((moving, "prepare", lambda *_: 1 / 0),), "a traceback"),
 )  # fmt: skip

@@ -7,8 +7,6 @@ from itertools import pairwise
 
 import pytest
 from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_config
-from hypothesis import given
-from hypothesis import strategies as st
 
 from armdrive import (
     Arm,
@@ -25,16 +23,13 @@ from armdrive import (
 )
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
-from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
+from armdrive.motion.deviation import SMALL_STEPS, has_room
 from armdrive.motion.frames import axes_of, frame_names
 from armdrive.motion.jog.bounds import Bounds
 from armdrive.motion.plan import SpeedLimits, fewer, legs_along, plan_joints, plan_route
-from armdrive.registry import DIALECTS, dialect
+from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
-from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import ArmCoordinates, joints_between
-from armdrive.storage.record import RecordInMemory
-from armdrive.trace.recorder import FlightRecorder
 from kinematics import Joints, Motors, preset
 from kinematics.frames.user_frame import UserFrame
 from kinematics.guards import AngleSum
@@ -574,27 +569,3 @@ def test_a_limit_is_reached_and_jogged_along(name):
     assert arm.joints.deg["wrist_pitch"] == pytest.approx(-90.0, abs=A_STEP_DEG)
     assert arm.joints.deg["wrist_roll"] != pytest.approx(30.0, abs=1.0)
     assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
-
-
-ONE = simulated_config("robko01")
-
-
-@given(
-    start=st.tuples(*[st.integers(-600, 600)] * 5, st.just(0)),
-    steps=st.tuples(*[st.integers(-SMALL_STEPS, SMALL_STEPS)] * 5, st.just(0)),
-)
-def test_turns_lead_to_the_target_and_stay_in_the_corridor(start, steps):
-    core = Core(ONE, dialect("robko01").controller(ONE), FlightRecorder(), RecordInMemory())
-    start, target = Motors(start), Motors(start) + Motors(steps)
-    corridor = Corridor(core, start, target)
-    ends = turns(corridor, start, target)
-    if not any(steps):
-        assert ends == ()
-        return
-    assert ends, "motors that take turns find a way between two postures"
-    assert ends[-1] == target
-    at = start
-    for end in ends:
-        assert corridor.holds(at, end)
-        assert all(b in (a, c) for a, b, c in zip(at, end, target, strict=True))
-        at = end
