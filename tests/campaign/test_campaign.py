@@ -14,13 +14,13 @@ from armdrive.dialects.bus import phases
 from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.mks import contact
 from armdrive.errors import OutOfBounds
+from armdrive.motion import deviation
 from armdrive.motion import execute as motion
 from armdrive.motion import gripper as gripping
 from armdrive.motion import jog as held_jog
 from armdrive.motion import jog as jog_aims
 from armdrive.motion import jog as jogging
 from armdrive.motion import plan as planning
-from armdrive.motion import deviation
 from armdrive.registry import DIALECTS
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import SpeedOverride
