@@ -138,10 +138,9 @@ class Version:
 
 @message()
 class BuildInfo:
-    """Planner blocks and the size of the receive buffer; FluidNC tells neither."""
+    """How many lines the planner holds; FluidNC does not say so."""
 
     blocks: int | None = None
-    rx_bytes: int | None = None
 
 
 @message()
@@ -443,11 +442,10 @@ def _version(rest: str) -> Version:
 
 
 def _build_info(rest: str) -> BuildInfo:
-    _letters, *parts = rest.split(",")
-    numbers = [int(part) for part in parts[:2] if part.isdigit() and len(part) <= 5]
-    if len(numbers) != len(parts[:2]):
+    _letters, *parts = rest.split(",")  # the planner's blocks, the bytes of the receive ring
+    if not all(part.isdigit() and len(part) <= 5 for part in parts[:2]):
         raise RemoteProtocolError("the blocks or the ring of the build are no numbers")
-    return BuildInfo(*numbers)
+    return BuildInfo(int(parts[0]) if parts else None)
 
 
 def _axes_info(rest: str) -> AxesInfo:

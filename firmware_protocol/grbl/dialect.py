@@ -128,8 +128,7 @@ class Variant(StrEnum):
 class Dialect:
     """What one build of a firmware understands.
 
-    `max_line` counts characters without the line end. `ring_bytes` is the size of the receive ring
-    by `$I`; None if it is unknown, which allows one line at a time. With `outputs`, M62 to M68 are
+    `max_line` counts characters without the line end. With `outputs`, M62 to M68 are
     allowed. `crlf_answers_twice`: CR and LF each end a line, and an empty line gets its ok.
     Observed on GRBL and FluidNC, but not on grblHAL.
     """
@@ -137,7 +136,6 @@ class Dialect:
     variant: Variant = Variant.GRBL
     axes: str = "XYZ"
     max_line: int = 79
-    ring_bytes: int | None = 128
     outputs: bool = False
     single_axis_homing: bool = False
     crlf_answers_twice: bool = True
@@ -166,7 +164,6 @@ GRBLHAL = Dialect(
     Variant.GRBLHAL,
     "XYZABC",
     max_line=256,
-    ring_bytes=1024,
     outputs=True,
     single_axis_homing=True,
     crlf_answers_twice=False,
@@ -177,7 +174,6 @@ FLUIDNC = Dialect(
     Variant.FLUIDNC,
     "XYZABC",
     max_line=127,
-    ring_bytes=None,
     outputs=True,
     single_axis_homing=True,
     overlong=14,

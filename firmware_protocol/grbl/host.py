@@ -1,18 +1,19 @@
 """The host's end of the GRBL dialect: lines out, answers matched to them, no clock, no I/O.
 
-The state is the queue of unanswered lines, and whether the host waits for a banner:
+The state is the unanswered line, and whether the host waits for a banner:
 
-    ready      --send-->             ready, one line more
-    ready      --ok, error-->        ready, the oldest line less
+    ready      --send-->             waiting for an answer: no line may be sent
+    waiting    --ok, error-->        ready
     any        --soft reset sent-->  resetting: no line may be sent
-    any        --banner-->           ready, no line; the lines that were unanswered are lost
+    any        --banner-->           ready; the line that was unanswered is lost
 
-Real-time commands are not counted. No input from the board raises.
+One line at a time is half as fast as filling the board's receive ring, but four times as fast as
+the driver's segments, and an answer can only be that line's. Real-time commands may be sent at any
+time. No input from the board raises.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -71,9 +72,9 @@ class AlarmRaised:
 
 @message()
 class Restarted:
-    """The board has restarted: its position is suspect, and no unanswered line gets an answer.
+    """The board has restarted: its position is suspect, and an unanswered line gets no answer.
 
-    Some of these lines may have been executed.
+    It may have been executed.
     """
 
     banner: Banner
@@ -108,37 +109,27 @@ class Host(LineHost[Event]):
     """The host's end. Raises `LocalProtocolError` for mistakes of its owner.
 
     At most 256 lines of up to 512 bytes wait to be fetched. Further lines are lost, which an
-    `Unreadable` reports. As many lines may be unanswered as the ring holds, or one.
+    `Unreadable` reports.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self.dialect = dialect
         super().__init__(_LINE_ENDS, padding=PADDING, max_length=LINE_BYTES_MAX)
-        self._outstanding: deque[Command] = deque()
+        self._outstanding: Command | None = None
         self._resetting = False
         self._work_offset: tuple[float, ...] | None = None
 
     @property
-    def outstanding_lines(self) -> tuple[Command, ...]:
-        """The unanswered lines, oldest first."""
-        return tuple(self._outstanding)
-
-    @property
-    def outstanding_bytes(self) -> int:
-        """Bytes of the board's ring that the unanswered lines may fill, with their line ends."""
-        return sum(map(_size, self._outstanding))
-
-    def room_for(self, command: Command) -> bool:
-        """Return whether a line may be sent now."""
-        return self._hindrance(command) is None
+    def outstanding(self) -> Command | None:
+        """The unanswered line."""
+        return self._outstanding
 
     def send(self, command: Command) -> bytes:
         """Return the bytes of a line.
 
-        Raises `LocalProtocolError` if the line is too long for the board, if it could overfill the
-        ring (a full ring drops bytes silently), and between a soft reset and its banner. Answers
-        received before this call do not count. A line that writes EEPROM must be sent alone, since
-        GRBL loses bytes meanwhile: that is up to the caller.
+        Raises `LocalProtocolError` if the line is too long for the board, while another one is
+        unanswered, and between a soft reset and its banner. Answers received before this call do
+        not count.
         """
         text, most = command.text, self.dialect.max_line
         if len(text) > most:
@@ -146,13 +137,17 @@ class Host(LineHost[Event]):
                 f"'{text}' has {len(text)} characters, the board takes {most}: name fewer axes, or "
                 "digits"
             )
-        hindrance = self._hindrance(command)
-        if hindrance is not None:
-            raise LocalProtocolError(f"'{text}' cannot be sent now: {hindrance}")
+        if self._resetting:
+            raise LocalProtocolError(
+                f"'{text}' cannot be sent now: a soft reset was sent and its banner has not come"
+            )
+        if self._outstanding is not None:
+            raise LocalProtocolError(
+                f"'{self._outstanding.text}' is unanswered: wait, or forget it"
+            )
         self._keep_early()
-        if not self._outstanding:
-            self._mark_early()
-        self._outstanding.append(command)
+        self._mark_early()
+        self._outstanding = command
         return text.encode("ascii") + b"\n"
 
     def send_realtime(self, command: Realtime) -> bytes:
@@ -166,24 +161,14 @@ class Host(LineHost[Event]):
         return bytes((command,))
 
     def forget_outstanding(self) -> None:
-        """Forget the unanswered lines, and an awaited banner.
+        """Forget the unanswered line, and an awaited banner.
 
         For use after a timeout. A late answer is `Stray` until the next `send`, and counts as the
         answer to that line afterwards: reset the board, or be sure that it is silent.
         """
-        self._outstanding.clear()
+        self._outstanding = None
         self._resetting = False
         self._mark_early(early=False)
-
-    def _hindrance(self, command: Command) -> str | None:
-        if self._resetting:
-            return "a soft reset was sent and its banner has not come"
-        ring_bytes = self.dialect.ring_bytes
-        if ring_bytes is None:
-            return "the ring is of unknown size: one line at a time" if self._outstanding else None
-        if self.outstanding_bytes + _size(command) >= ring_bytes:
-            return f"{self.outstanding_bytes} bytes are in a ring of {ring_bytes}"
-        return None
 
     def _interpret(self, line: bytes) -> Event:
         return self._event(decode_answer(line), early=False)
@@ -208,9 +193,9 @@ class Host(LineHost[Event]):
         return answer
 
     def _answered(self, answer: Ok | Error | WordedError) -> Event:
-        if not self._outstanding:
+        command, self._outstanding = self._outstanding, None
+        if command is None:
             return Stray(answer)
-        command = self._outstanding.popleft()
         match answer:
             case Ok():
                 return Acknowledged(command)
@@ -253,8 +238,3 @@ class Host(LineHost[Event]):
             self.dialect = replace(self.dialect, variant=Variant.GRBLHAL)
         elif isinstance(answer, Version) and "FluidNC" in answer.version:
             self.dialect = replace(self.dialect, variant=Variant.FLUIDNC)
-
-
-def _size(command: Command) -> int:
-    """Return the bytes of a line, with its end."""
-    return len(command.text) + 1

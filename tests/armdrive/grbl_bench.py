@@ -1,6 +1,7 @@
 """A simulated GRBL board on a simulated wire: send lines, let time pass, read the replies."""
 
 import math
+from collections import deque
 from dataclasses import replace
 from functools import partial
 
@@ -9,7 +10,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.registry import simulate
 from armdrive.sim.mechanics.motors import LimitSwitch
 from armdrive.sim.wire import DeviceLine, MemoryLink
-from firmware_protocol.grbl import Banner, Host, StatusReport
+from firmware_protocol.grbl import Banner, StatusReport
 from firmware_protocol.grbl.answers import decode_answer
 
 BAUD = 115_200
@@ -108,22 +109,23 @@ class Bench:
         return self.heard
 
 
-def stream(bench, commands, host=None):
-    """Send lines as fast as the host's flow control allows; return how long that took, in s."""
-    host = host or Host(bench.board.codec.dialect)
-    began_s, waiting, oks = bench.now_s, list(commands)[::-1], 0
-    total = len(waiting)
-    while oks < total:
-        while waiting and host.room_for(waiting[-1]):
-            bench.link.write(host.send(waiting.pop()), bench.now_s)
+def stream(bench, lines, *, one_by_one=False):
+    """Send lines, each as soon as the ring has room for it or, one by one, the one before its ok.
+
+    Return how long that took, in s.
+    """
+    began_s, waiting, unanswered = bench.now_s, list(lines)[::-1], deque()
+    most = 0 if one_by_one else bench.board.firmware.ring_bytes - 1
+    while waiting or unanswered:
+        while waiting and (not unanswered or len("".join(unanswered) + waiting[-1]) < most):
+            unanswered.append(waiting.pop() + "\n")
+            bench.put(unanswered[-1])
         bench.now_s = max(bench.now_s, bench.link.next_s())
         assert not math.isinf(bench.now_s), "no answer comes any more"
-        host.receive_data(bench.link.read(bench.now_s))
-        while (event := host.next_event()) is not None:
-            if type(event).__name__ == "Acknowledged":
-                oks += 1
-            else:
-                assert type(event).__name__ == "Feedback", event
+        for said in bench.wait(0.0):
+            if not said.startswith("[MSG"):
+                assert said == "ok"
+                unanswered.popleft()
     return bench.now_s - began_s
 
 

@@ -10,7 +10,7 @@ from firmware_protocol import grbl
 from firmware_protocol.grbl.answers import Alarm
 
 AXES = "XYZABC"
-SIX_AXES = grbl.Dialect(axes=AXES, ring_bytes=255, outputs=True, single_axis_homing=True)
+SIX_AXES = grbl.Dialect(axes=AXES, outputs=True, single_axis_homing=True)
 """A build with six axes that knows every word."""
 NUMBERS = st.integers(-9_999_999, 9_999_999).map(lambda n: n / 1000)
 FEEDS = st.integers(1, 9_999_999).map(lambda n: n / 1000)
@@ -103,7 +103,7 @@ LINES = st.builds(
 
 def _host_saw_one(host: grbl.Host) -> bool:
     found = events(host)
-    while len(host.outstanding_lines) < 3 and host.room_for(grbl.SystemCommand.QUERY_SETTINGS):
+    if host.outstanding is None:
         host.send(grbl.SystemCommand.QUERY_SETTINGS)
     return any(not isinstance(event, grbl.Unreadable) for event in found)
 

@@ -138,8 +138,6 @@ class Greeting:
 
 REPORTED_POSITION = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
 """The start of a status report, with its coordinates."""
-SMALLEST_RING_BYTES = 128
-"""Receive buffer of the smallest board. A board that reports less gets one line at a time."""
 MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
@@ -272,10 +270,6 @@ class BoardState:
         self._planner_blocks = build.blocks
         if build.blocks:
             self.blocks = min(BLOCKS_328P, build.blocks)
-        # a damaged number might never leave room for a line
-        ring = build.rx_bytes or 0
-        known = ring if ring >= SMALLEST_RING_BYTES else None
-        self._host.dialect = replace(self._host.dialect, ring_bytes=known)
 
     # -- what is known ------------------------------------------------------------------------
 

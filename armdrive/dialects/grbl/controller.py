@@ -89,7 +89,7 @@ class GrblController(ScriptRunner[HostEvent]):
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: GrblSettings = config.device
         axes = BoardAxes.of(config)
-        host = Host(Dialect(axes=axes.board(), ring_bytes=None))
+        host = Host(Dialect(axes=axes.board()))
         super().__init__(replace(abilities, motors=len(axes.letters)), host)
         self.settings = settings
         self.axes = axes

@@ -4,9 +4,9 @@
 waits for one message, which `_outcome` evaluates. `InFlightLines` (planner) knows the lines sent so
 far. A line is sent only if
 
-- the wire has carried the previous one, so that a stop byte waits behind one line at most;
+- the previous one has its ok, so that a stop byte waits behind one line at most, and nothing is
+  sent after a line that was refused or lost;
 - the board can finish it within the announced time, which bounds the motion after a stop;
-- in a jog, and after the first line, the previous line has its ok;
 - the motion under way does not end just now (`END_MARGIN_S`).
 
 A reported position off the lines that were sent ends the motion, and so do a refused line, a lost
@@ -142,8 +142,8 @@ class GrblMotion:
     # -- sending ------------------------------------------------------------------------------
 
     def _send(self) -> None:
-        """Send the next line if wire, receive buffer and the time ahead allow it."""
-        if self.io.now_s < max(self.exchange.wire_free_s, self.not_before_s) or self.off:
+        """Send the next line if its predecessor is answered and the time ahead allows it."""
+        if self.lines.unanswered or self.io.now_s < self.not_before_s or self.off:
             return
         if self.drawn is None and not self.exhausted:
             self._draw()
@@ -155,10 +155,10 @@ class GrblMotion:
         ahead = line_path(self.drawn.steps, driven_s, self.bounds.limits)
         if not self.lines.fits(ahead, self.request.ahead_s, self.bounds.ramp_s()):
             return
-        line = Line(self._text(self.drawn.steps, ahead))
-        if not self._may_send(line):
+        full = self.lines.waiting >= self.board.blocks
+        if full or self.lines.ends_by(self.io.now_s + END_MARGIN_S):
             return
-        self.exchange.send(line)
+        self.exchange.send(Line(self._text(self.drawn.steps, ahead)))
         self.began_s = self.io.now_s if self.lines.empty else self.began_s
         self.lines.send(self.drawn.steps, ahead, self.io.now_s)
         self.guess_s, self.steps, self.drawn = driven_s, self.drawn.steps.largest, None
@@ -170,25 +170,12 @@ class GrblMotion:
 
     def _draw(self) -> None:
         """Draw the next segment if one like the last would fit: at a pause, the rest is undrawn."""
-        if self._waits_for_ok or not self.lines.has_room(self.guess_s, self.request.ahead_s):
+        if not self.lines.has_room(self.guess_s, self.request.ahead_s):
             return
         self.drawn = next(self.request.segments, None)
         self.exhausted = self.drawn is None
         self.board.underruns += self.starved and not self.exhausted
         self.starved = False
-
-    @property
-    def _waits_for_ok(self) -> bool:
-        """Whether to wait for a line's ok before sending the next: in a jog, and after the first.
-
-        With a stray character before it, the first line is refused before anything moves.
-        """
-        return self.lines.unanswered > 0 and (self.request.jog or not self.lines.oks)
-
-    def _may_send(self, line: Line) -> bool:
-        if self._waits_for_ok or self.lines.ends_by(self.io.now_s + END_MARGIN_S):
-            return False
-        return self.lines.waiting < self.board.blocks and self.exchange.host.room_for(line)
 
     def _text(self, steps: Motors, ahead: MotorPath) -> str:
         words = self.axes.words(self.lines.end, self.lines.end + steps)
@@ -196,10 +183,7 @@ class GrblMotion:
 
     def _wake_s(self) -> float:
         wake_s = min(self.exchange.poll_due_s, self.exchange.mute_at_s)
-        for later_s in (self.exchange.wire_free_s, self.not_before_s):
-            if self.io.now_s < later_s:
-                wake_s = min(wake_s, later_s)
-        return wake_s
+        return min(wake_s, self.not_before_s) if self.io.now_s < self.not_before_s else wake_s
 
     # -- evaluating ---------------------------------------------------------------------------
 
@@ -210,7 +194,7 @@ class GrblMotion:
                 self.lines.answered(self.io.now_s)
                 self.changed_s = self.io.now_s
             case Refused():
-                moved = self.lines.oks > 0 or self.lines.unanswered > 1
+                moved = self.lines.oks > 0
                 return refusal(message, f"`{message.command.text}` was refused", moved=moved)
             case AlarmRaised():
                 return RequestRejected(self.board.alarm_words())
@@ -278,9 +262,9 @@ class GrblMotion:
         """Check for a missing ok or a motion without progress; return the reply if it has ended."""
         lines, now_s = self.lines, self.io.now_s
         standing, position = self.board.standing, self.board.position
-        if lines.unanswered and now_s >= lines.oldest_sent_s + self.settings.answer_s:
+        if lines.unanswered and now_s >= lines.sent_s + self.settings.answer_s:
             if standing and position is not None and position == lines.end:
-                lines.unanswered = 0  # the line was driven, so only its ok was lost
+                lines.unanswered = False  # the line was driven, so only its ok was lost
                 self.exchange.forget_lines()
                 lines.report(position, now_s, idle=True)
             elif standing or not lines.oks:

@@ -372,7 +372,7 @@ class InFlightLine:
 
 
 class InFlightLines:
-    """The lines that are not yet known to be done. The last `unanswered` ones await their ok.
+    """The lines that are not yet known to be done; the last one may be `unanswered`.
 
     `ends_s` is the time when the motors should stop.
     """
@@ -381,7 +381,7 @@ class InFlightLines:
         self, start: Motors, limits: Limits, tolerance: float, segments: SegmentBuffer
     ) -> None:
         self.start = self.end = start
-        self.unanswered = 0
+        self.unanswered = False
         self.oks = 0
         self._limits = limits
         self._tolerance = tolerance
@@ -401,9 +401,9 @@ class InFlightLines:
         return len(self._lines)
 
     @property
-    def oldest_sent_s(self) -> float:
-        """When the oldest line without an ok was sent."""
-        return self._lines[-self.unanswered].sent_s
+    def sent_s(self) -> float:
+        """When the last line was sent."""
+        return self._lines[-1].sent_s
 
     def send(self, steps: Motors, path: MotorPath, now_s: float) -> None:
         """Record a line that is sent now."""
@@ -411,13 +411,13 @@ class InFlightLines:
         self.ends_s = max(self.ends_s, now_s) + lasts_s
         self._lines.append(InFlightLine(self.end, self.end + steps, path, now_s))
         self.end = self.end + steps
-        self.unanswered += 1
+        self.unanswered = True
 
     def answered(self, now_s: float) -> None:
-        """Record an ok: the oldest line without one is planned, and starts if it is alone."""
+        """Record an ok: the last line is planned, and starts if it is alone."""
         if len(self._lines) == 1:
             self.ends_s = max(self.ends_s, now_s + planned_s(self.rest(), self._limits))
-        self.unanswered = max(self.unanswered - 1, 0)
+        self.unanswered = False
         self.oks += 1
 
     def rest(self, more: MotorPath | None = None) -> list[MotorPath]:
@@ -499,4 +499,4 @@ class InFlightLines:
         for _ in range(count):
             self.start = self._lines.popleft().end
             self._share = 0.0
-        self.unanswered = min(self.unanswered, len(self._lines))  # an ok was lost on the wire
+        self.unanswered = self.unanswered and bool(self._lines)  # an ok was lost on the wire

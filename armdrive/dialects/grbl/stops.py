@@ -242,7 +242,7 @@ class GrblStops:
         which ends a jog as well; a superfluous one shows as Hold. Once the board is Idle, a line
         that it must refuse proves that it reads lines and that its receive buffer holds no motion.
         """
-        yield from self._await_answers(lines)
+        yield from self._await_answer(lines)
         end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
         self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
         self.exchange.send_realtime(Realtime.JOG_CANCEL)
@@ -263,14 +263,14 @@ class GrblStops:
             return (yield from self.kill(lines))
         return (yield from self.hold())
 
-    def _await_answers(self, lines: InFlightLines) -> Script[HostEvent, None]:
+    def _await_answer(self, lines: InFlightLines) -> Script[HostEvent, None]:
         """Wait until the last line is in the planner: a cancel ends only what the planner holds."""
-        end_s = self.io.now_s + self.settings.answer_s
-        while lines.unanswered and self.io.now_s < end_s and not self.io.stop_hard:
-            message = yield from self.exchange.listen(min(end_s, self.io.now_s + OK_TIMEOUT_S))
+        while lines.unanswered and not self.io.stop_hard:
+            end_s = lines.sent_s + OK_TIMEOUT_S
+            message = yield from self.exchange.listen(end_s)
             if isinstance(message, Acknowledged):
                 lines.answered(self.io.now_s)
-            elif message is None and self.io.now_s >= lines.oldest_sent_s + OK_TIMEOUT_S:
+            elif message is None and self.io.now_s >= end_s:
                 break
 
     def _reads_and_stands(self) -> Script[HostEvent, bool]:

@@ -516,9 +516,7 @@ class GrblBoard(Board):
         self.settings = settings
         self.switches = switches
         self.routines = routines
-        self.codec = Device(
-            replace(firmware.dialect, axes=build.axes, ring_bytes=firmware.ring_bytes)
-        )
+        self.codec = Device(replace(firmware.dialect, axes=build.axes))
         self.modal = Modal()
         self.position: tuple[float, ...] = (0.0,) * len(build.axes)
         """Where the axes stand after all lines that have been parsed, in units."""

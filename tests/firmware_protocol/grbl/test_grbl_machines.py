@@ -1,8 +1,5 @@
 """GRBL's machines: the host's, the device's, and the two together."""
 
-import random
-from dataclasses import replace
-
 import pytest
 from amounts import every_row
 from cases_grbl import COMMANDS, SIX_AXES
@@ -16,7 +13,7 @@ from firmware_protocol.errors import LocalProtocolError
 # -- The host --------------------------------------------------------------------------------------
 
 
-X1, X2, X3 = (grbl.Line(f"G90G1X{n}F100") for n in (1, 2, 3))
+X1, X2 = (grbl.Line(f"G90G1X{n}F100") for n in (1, 2))
 BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
 
 
@@ -25,23 +22,20 @@ def heard(host: grbl.Host, data: bytes) -> list:
     return events(host)
 
 
-def sent(*commands, dialect=SIX_AXES) -> grbl.Host:
+def sent(command, dialect=SIX_AXES) -> grbl.Host:
     host = grbl.Host(dialect)
-    for command in commands:
-        host.send(command)
+    host.send(command)
     return host
 
 
-def test_answers_belong_to_the_lines_in_their_order():
-    host = sent(X1, X2, X3)
-    assert host.outstanding_lines == (X1, X2, X3)
-    assert host.outstanding_bytes == 3 * len("G90G1X1F100\n")
+def test_an_answer_belongs_to_the_line_that_was_sent():
+    host = sent(X1)
+    assert host.outstanding == X1
+    assert heard(host, b"ok\r\n") == [grbl.Acknowledged(X1)]
+    host.send(X2)
     refused = grbl.Refused(X2, 24, grbl.ERRORS[24].meaning, grbl.ERRORS[24].remedy)
-    assert heard(host, b"ok\r\nerror:24\r\n") == [grbl.Acknowledged(X1), refused]
-    assert host.outstanding_lines == (X3,)
-    assert host.outstanding_bytes == len("G90G1X3F100\n")
-    assert heard(host, b"ok\r\nok\r\n") == [grbl.Acknowledged(X3), grbl.Stray(grbl.Ok())]
-    assert host.outstanding_bytes == 0
+    assert heard(host, b"error:24\r\nok\r\n") == [refused, grbl.Stray(grbl.Ok())]
+    assert host.outstanding is None
 
 
 def test_what_is_pushed_answers_nothing():
@@ -49,56 +43,38 @@ def test_what_is_pushed_answers_nothing():
     found = heard(host, b"[MSG:Pgm End]\r\n<Idle|MPos:0,0,0,0,0,0>\r\n>G54:ok\r\n$1=255\r\n")
     assert found[3] == grbl.Setting(1, "255")
     assert len(found) == 4
-    assert host.outstanding_lines == (X1,)
+    assert host.outstanding == X1
 
 
-def test_a_line_goes_out_only_where_the_ring_has_room_for_it():
-    line = grbl.Line("X" * 62 + "1")  # 64 bytes with its end
-    host = grbl.Host(grbl.GRBL)
-    host.send(line)
-    assert not host.room_for(line)  # 128 would fill the ring: one byte must stay free
-    with pytest.raises(LocalProtocolError, match="64 bytes are in a ring of 128"):
-        host.send(line)
-    assert host.outstanding_lines == (line,)
-    assert host.room_for(grbl.Line("X" * 61 + "1"))
-    host.dialect = replace(host.dialect, ring_bytes=129)
-    assert host.room_for(line)
-
-
-def test_with_a_ring_of_unknown_size_lines_go_one_at_a_time():
-    host = sent(X1, dialect=grbl.FLUIDNC)
-    assert not host.room_for(grbl.Line())
-    with pytest.raises(LocalProtocolError, match="one line at a time"):
+def test_nothing_is_sent_while_a_line_is_unanswered():
+    host = sent(X1)
+    with pytest.raises(LocalProtocolError, match="'G90G1X1F100' is unanswered"):
         host.send(X2)
-    heard(host, b"ok\r\n")
-    assert host.room_for(X2)
+    assert host.outstanding == X1
+    host.forget_outstanding()
+    assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
+    host.send(X2)
+    assert heard(host, b"ok\r\n" + BANNER) == [
+        grbl.Acknowledged(X2),
+        grbl.Restarted(grbl.Banner()),
+    ]
 
 
 def test_a_line_that_is_too_long_for_the_board_is_not_sent():
-    host = grbl.Host(grbl.GRBL)
-    host.send(grbl.Line("X" * 79))
+    host = sent(grbl.Line("X" * 79), grbl.GRBL)
+    host.forget_outstanding()
     with pytest.raises(LocalProtocolError, match="has 80 characters, the board takes 79"):
         host.send(grbl.Line("X" * 80))
-    assert host.outstanding_lines == (grbl.Line("X" * 79),)
+    assert host.outstanding is None
 
 
-def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
-    host = sent(grbl.Line("X" * 78), grbl.Line("X" * 46))
+def test_realtime_commands_are_bytes_of_their_own_and_legal_at_any_time():
+    host = sent(X1)
     assert host.send_realtime(grbl.Realtime.STATUS) == b"?"
     assert host.send_realtime(grbl.Realtime.JOG_CANCEL) == b"\x85"
-    assert host.send_realtime(grbl.Realtime.FEED_MINUS_1) == b"\x94"
-    assert host.outstanding_bytes == 79 + 47
+    assert host.outstanding == X1
     with pytest.raises(LocalProtocolError):
         host.send_realtime("?")
-
-
-def test_after_a_banner_no_line_is_unanswered():
-    host = sent(X1, X2)
-    assert heard(host, b"ok\r\n" + BANNER) == [
-        grbl.Acknowledged(X1),
-        grbl.Restarted(grbl.Banner()),
-    ]
-    assert host.outstanding_lines == ()
 
 
 def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
@@ -107,10 +83,10 @@ def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
     with pytest.raises(LocalProtocolError, match="its banner has not come"):
         host.send(X2)
     assert heard(host, BANNER) == [grbl.Restarted(grbl.Banner())]
-    assert host.room_for(X2)
+    assert host.outstanding is None
     host.send_realtime(grbl.Realtime.SOFT_RESET)
     host.forget_outstanding()
-    assert host.room_for(X2)
+    host.send(X2)
 
 
 # -- the events that it makes of what is heard ----------------------------------------------------
@@ -246,24 +222,4 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         (event,) = carried(data.draw, device.send(grbl.Ok() if taken else grbl.Error(9)), host)
         assert isinstance(event, grbl.Acknowledged if taken else grbl.Refused)
         assert event.command == command
-    assert (host.outstanding_lines, device.unanswered) == ((), 0)
-
-
-@given(st.lists(COMMANDS, max_size=12), st.integers(0, 1000))
-def test_lines_that_are_streamed_never_overfill_the_ring_and_keep_their_order(script, seed):
-    host, device, rng = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES), random.Random(seed)
-    in_ring, answered = 0, []
-    waiting = list(script)
-    while len(answered) < len(script):
-        if waiting and host.room_for(waiting[0]) and rng.random() < 0.8:
-            sent = host.send(waiting.pop(0))
-            in_ring += len(sent)
-            assert in_ring == host.outstanding_bytes < 255
-            device.receive_data(sent)
-        elif (line := device.next_event()) is not None:
-            in_ring -= len(line.text) + 1
-            host.receive_data(device.send(grbl.Ok()))
-            answered += events(host)
-        elif waiting:
-            assert host.room_for(waiting[0])
-    assert [event.command for event in answered] == script
+    assert (host.outstanding, device.unanswered) == (None, 0)

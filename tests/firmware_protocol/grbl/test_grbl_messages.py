@@ -150,7 +150,7 @@ TOLERATED = [
     (b"[AXS:6:XYZABC]", grbl.AxesInfo("XYZABC")),
     (b"[AXS: 5: XYZAB]", grbl.AxesInfo("XYZAB")),
     (b"[VER:1.1h.20190825:arm]", grbl.Version("1.1h.20190825")),
-    (b"[OPT:VNMG,35,254,16]", grbl.BuildInfo(35, 254)),
+    (b"[OPT:VNMG,35,254,16]", grbl.BuildInfo(35)),
     (b"[OPT:PHS]", grbl.BuildInfo()),
     (
         b"<Run|MPos:0.000|Ln:9|FS:1,2,3>",

@@ -224,7 +224,7 @@ def test_a_queue_that_runs_empty_in_mid_motion_is_counted_and_shown():
     none, quick_s = line_at(115_200, 0.4)
     assert none == 0
     many, slow_s = line_at(9600, 0.1)  # at 9600 baud a line takes 35 ms, and a segment 33
-    assert many >= 5
+    assert many >= 3
     assert slow_s > 1.5 * quick_s
 
 

@@ -1,7 +1,6 @@
 """A simulated GRBL board's wire, alarms and files."""
 
 import contextlib
-from dataclasses import replace
 
 import pytest
 from amounts import every_row
@@ -14,7 +13,7 @@ from armdrive.registry import simulate
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import HasSwitches, Resettable
 from armdrive.sim.mechanics.motors import SwitchState
-from firmware_protocol.grbl import Host, Line, State, Variant
+from firmware_protocol.grbl import State, Variant
 from kinematics import JOINT_NAMES, KinematicsError
 
 
@@ -52,7 +51,7 @@ def test_an_empty_line_is_answered_within_two_milliseconds():
     bench.say("")
     assert bench.heard[-1] == "ok"
     assert stream(bench, []) == 0.0
-    one = stream(bench, [Line("G90G0X0")])  # no way at all
+    one = stream(bench, ["G90G0X0"])  # no way at all
     assert one < 10e-3
 
 
@@ -135,24 +134,22 @@ def test_the_mask_of_grblhal_can_leave_out_speeds_pins_and_overrides():
 
 def test_the_rate_of_short_segments_is_the_measured_one():
     """317 a second by counting characters on a 328p, at 500 units/s^2: it waits for the motion."""
-    names = [Line(f"G90G1X{0.1 * (n + 1):.3g}F6000") for n in range(150)]
+    names = [f"G90G1X{0.1 * (n + 1):.3g}F6000" for n in range(150)]
     counting = len(names) / stream(Bench(firmware="grbl"), names)
-    one_by_one = Host(replace(Bench(firmware="grbl").board.codec.dialect, ring_bytes=None))
-    single = len(names) / stream(Bench(firmware="grbl"), names, one_by_one)
+    single = len(names) / stream(Bench(firmware="grbl"), names, one_by_one=True)
     assert counting == pytest.approx(317, rel=0.1)
     assert single < counting
 
 
 def test_in_check_mode_the_wire_is_the_limit():
     """485 to 534 lines a second, against 235 to 250 one at a time (and a slower host)."""
-    lines = [Line("G90G1X10.123Y-4.5F1500") for _ in range(150)]
+    lines = ["G90G1X10.123Y-4.5F1500"] * 150
     bench = Bench()
     bench.say("$C")
     rate = len(lines) / stream(bench, lines)
-    bytes_each = len(lines[0].text) + 1
+    bytes_each = len(lines[0]) + 1
     assert rate * bytes_each * BYTE_S > 0.95
-    one_by_one = Host(replace(bench.board.codec.dialect, ring_bytes=None))
-    assert len(lines) / stream(bench, lines, one_by_one) < 0.85 * rate
+    assert len(lines) / stream(bench, lines, one_by_one=True) < 0.85 * rate
 
 
 def test_reports_are_answered_at_a_hundred_hertz_and_run_together_at_five_hundred():

@@ -12,7 +12,7 @@ from grbl_bench import HOMING, MACHINE, SLOPE, Bench, config_of, homing_bench, s
 from armdrive.config.sections import HomingSettings
 from armdrive.sim.grbl.firmware import FIRMWARES
 from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
-from firmware_protocol.grbl import Line, State, keys
+from firmware_protocol.grbl import State, keys
 from kinematics import Joints
 
 RESET = "\x18"
@@ -143,7 +143,7 @@ def test_segments_that_are_shorter_than_the_planning_starve_the_motion():
         bench = Bench(firmware="grbl")
         began_s = bench.now_s
         ends = (units * (n + 1) for n in range(round(20 / units)))
-        stream(bench, [Line(f"G90G1X{end:.3g}F3000") for end in ends])
+        stream(bench, [f"G90G1X{end:.3g}F3000" for end in ends])
         bench.finish()
         assert bench.x == pytest.approx(20.0)
         return bench.now_s - began_s
