@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import product
 
 import pytest
+from amounts import every_row
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
 from desk_logged import busy_arm
 from desk_planner import CONFIG, at_rest
@@ -41,16 +42,65 @@ TITLES = [
 ]
 
 
-async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
-    async with Session() as session:
-        session.shows("at first", state="keys DISARMED: enter arms")
+SETTINGS = [
+    ("m right_square_bracket right_square_bracket minus", "speed 10%   step 2° [10 mm]"),
+    ("m left_square_bracket plus equals_sign", "speed 50%   step [1°] 10 mm"),
+]
+
+
+async def test_the_desk_begins_disarmed_and_says_which_arm_this_is_what_is_near_and_what_is_next():
+    """Whatever has a colour has a word or a sign, too."""
+    arm = FakeArm(trust=Trust.SUSPECT, gripping=True)
+    async with Session(arm) as session:
+        session.shows("at first", state="keys DISARMED: enter arms", footer="enter arm")
+        session.shows("at first", not_footer="G grasp", trust="suspect", gripper="CLOSED")
         assert session.lit_tab == " F2 Jog "
         await session.keys("q")
-        assert session.arm.asked("nudge") == []
+        assert arm.asked("nudge") == []
+        arm.set(trust=Trust.REFERENCED)
+        await session.keys("question_mark question_mark")  # lays the screen out for other panels
+        rows = session.painted
+        for words in (
+            "1 open  2 half  3 closed  G grasp",
+            "m: keys move the tip",
+            "arrows: base, shoulder",
+            "from its limit",
+            "table: ",
+            "14 mm, 0.21 s",
+        ):
+            assert words in "\n".join(rows)
+        assert " ".join(rows[-1].split()) == (
+            "space STOP enter arm m mode [ ] step - + speed K park ? help ^q quit"
+        )
+        view = session.screen.query_one("#space")
+        # a thread works out how far the arm reaches, which is drawn when it is known
+        await until_seen(lambda: "reach at pitch" in view.rows[-1], session.pilot.pause)
+        before = view.rows
+        arm.set(joints=arm.status.joints.replace(shoulder=1.5))
+        await session.poll()
+        assert view.rows != before
         for more, title in TITLES:
-            session.arm.set(**more)
+            arm.set(**more)
             await session.poll()
             assert session.text("title") == title
+        await session.arm_keys()
+        session.shows("armed", state="ARMED", footer="G grasp", not_footer="enter arm")
+        assert session.text("footer").startswith("space STOP")
+        arm.calls.clear()
+    assert arm.asked("stop"), "however the desk ends"
+
+
+async def test_mode_increment_and_speed_follow_their_keys_or_a_click_on_them():
+    async with Session() as session:
+        for (line, settings), title in zip(SETTINGS, ("Tip, Cartesian", "Tip"), strict=True):
+            await session.keys(line)
+            assert session.title("tip") == title
+            session.shows(line, stopping=settings)
+        footer = session.text("footer")
+        for key, step_deg in (("]", 2.0), ("[", 1.0)):
+            await session.pilot.click("#footer", offset=(footer.index(key) + 1, 0))
+            await session.poll()
+            assert session.desk.settings.jog.step_deg == step_deg
 
 
 def everywhere_arm(**more):
@@ -62,29 +112,26 @@ def everywhere_arm(**more):
     return arm
 
 
-async def test_every_screen_says_whether_the_arm_is_real_and_lights_its_tab():
-    arm = everywhere_arm(link="/dev/serial/by-id/usb-FTDI_FT232R")
-    async with Session(arm) as session:
-        for width, screens in ((40, SCREENS), (200, SCREENS[::3])):
-            await session.resize(width, 24)
-            for entry in screens:
-                await session.keys(entry.key)
-                tab = f" {entry.key.upper()} {entry.title.capitalize()} "
-                assert session.lit_tab == tab, (entry.id, width)
-                for simulated, kind in ((True, "SIMULATED"), (False, "REAL ARM")):
-                    arm.set(simulated=simulated)
-                    await session.poll()
-                    assert session.text("title").startswith(kind), (entry.id, width)
-                    assert kind in session.painted[1], (entry.id, width)
-
-
-async def test_no_screen_offers_what_would_be_refused_now():
-    arm = everywhere_arm(**unknown_position())
-    async with Session(arm, size=(120, 24)) as session:
+async def test_every_screen_says_whether_the_arm_is_real_and_offers_nothing_in_vain(monkeypatch):
+    """A poll of an arm that stands updates no widget; also on a narrow terminal its tab is lit."""
+    arm, updated = everywhere_arm(link="/dev/serial/by-id/usb-FTDI_FT232R"), []
+    async with Session(arm, size=(200, 24)) as session:
         for entry in SCREENS:
             await session.keys(entry.key)
+            assert session.lit_tab == f" {entry.key.upper()} {entry.title.capitalize()} "
+            await at_rest(session.pilot)
+            with monkeypatch.context() as watched:
+                watched.setattr(Widget, "refresh", lambda self, *_, **__: updated.append(self))
+                session.desk.poll()
+            assert updated == [], entry.id
+            for simulated, kind in ((True, "SIMULATED"), (False, "REAL ARM")):
+                arm.set(simulated=simulated)
+                await session.poll()
+                assert session.text("title").startswith(kind), entry.id
+                assert kind in session.painted[1], entry.id
+            known = arm.status
             for state in (State.HOMING, State.DISABLED, State.ERROR_STOP):
-                arm.set(state=state)
+                arm.set(state=state, **unknown_position())
                 await session.poll()
                 where = (entry.id, state)
                 session.shows(where, not_footer="go (twice)", not_trust="press H")
@@ -92,6 +139,11 @@ async def test_no_screen_offers_what_would_be_refused_now():
                 assert "H reference" not in session.text("footer"), where
                 if state is State.DISABLED:
                     session.shows(where, state="press P to switch the motors on")
+            arm.status = known
+        await session.resize(40, 24)
+        for entry in SCREENS[::2]:
+            await session.keys(entry.key)
+            assert session.lit_tab == f" {entry.key.upper()} {entry.title.capitalize()} "
 
 
 NEED_A_POSITION = {"f2": ("K", "K park"), "f4": ("t", "t teach")}
@@ -129,16 +181,6 @@ async def test_a_key_that_has_nothing_to_do_says_so():
         for line, said in SILENT:
             await session.keys(f"f2 {line}")
             session.shows(line, messages=said)
-
-
-async def test_the_footer_offers_what_would_change_something():
-    async with Session(size=(120, 24)) as session:
-        assert "enter arm" in session.text("footer")
-        assert "G grasp" not in session.text("footer")
-        await session.arm_keys()
-        assert "enter arm" not in session.text("footer")
-        assert "G grasp" in session.text("footer")
-        assert session.text("footer").startswith("space STOP")
 
 
 async def test_joints_are_written_as_people_write_them():
@@ -203,42 +245,6 @@ async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
         assert session.arm.asked("nudge") == [("nudge", wanted, 0.25)]
 
 
-SETTINGS = [
-    ("m right_square_bracket right_square_bracket minus", "speed 10%   step 2° [10 mm]"),
-    ("m left_square_bracket plus equals_sign", "speed 50%   step [1°] 10 mm"),
-]
-
-
-async def test_mode_increment_and_speed_follow_their_keys_or_a_click_on_them():
-    async with Session() as session:
-        for (line, settings), title in zip(SETTINGS, ("Tip, Cartesian", "Tip"), strict=True):
-            await session.keys(line)
-            assert session.title("tip") == title
-            session.shows(line, stopping=settings)
-        footer = session.text("footer")
-        for key, step_deg in (("]", 2.0), ("[", 1.0)):
-            await session.pilot.click("#footer", offset=(footer.index(key) + 1, 0))
-            await session.poll()
-            assert session.desk.settings.jog.step_deg == step_deg
-
-
-async def test_a_small_terminal_shows_presets_what_is_near_and_the_next_keys():
-    async with Session() as session:
-        rows = session.painted
-        shown = "\n".join(rows)
-        for words in (
-            "1 open  2 half  3 closed  G grasp",
-            "m: keys move the tip",
-            "arrows: base, shoulder",
-            "from its limit",
-            "table: ",
-        ):
-            assert words in shown
-        assert " ".join(rows[-1].split()) == (
-            "space STOP enter arm m mode [ ] step - + speed K park ? help ^q quit"
-        )
-
-
 async def test_every_other_key_of_the_table_does_what_it_says():
     """A key that is added to the table without a deed here makes this test fail."""
     done = {}
@@ -255,6 +261,9 @@ async def test_every_other_key_of_the_table_does_what_it_says():
         done["T"] = session.desk.theme != before
         await session.press("question_mark")
         done["question_mark"] = len(session.desk.screen_stack)
+        session.arm.calls.clear()
+        await session.press("q", "w", "up")
+        assert session.arm.asked("nudge") == [], "jog keys are dead in a dialog"
         await session.press("question_mark")
         session.arm.calls.clear()
         await session.press("ctrl+q")
@@ -291,15 +300,14 @@ async def test_stop_keys_stop_disarm_and_close_whatever_is_open():
             assert len(session.desk.screen_stack) == 1
 
 
-@pytest.mark.parametrize(
-    ("size", "screens"), [((80, 24), SCREENS), ((120, 40), SCREENS[:: len(SCREENS) - 1])]
-)
-async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog(size, screens):
+async def test_the_stop_button_stops_on_every_screen_and_over_every_dialog():
     """Each of them is also drawn in plain letters where the terminal has no others."""
-    async with Session(everywhere_arm(simulated=False), size=size, braille=False) as session:
-        for entry in screens:
+    async with Session(everywhere_arm(simulated=False), braille=False) as session:
+        for entry in SCREENS:
             # the dialogs stand where they stand whatever is behind them
-            dialogs = ("question_mark", "ctrl+p") if entry in (SCREENS[0], SCREENS[-1]) else ()
+            dialogs = ("question_mark", "ctrl+p") if entry is SCREENS[0] else ()
+            if entry is SCREENS[-1]:
+                await session.resize(120, 40)
             for dialog in ("", *dialogs):
                 await session.keys(f"{entry.key} {dialog}")
                 assert session.desk.place == entry.id
@@ -325,13 +333,6 @@ async def test_clicking_a_tab_or_a_key_of_the_last_line_does_what_its_key_does()
         await session.pilot.click("#footer", offset=(find + 2, 0))
         await session.settle()
         assert len(session.desk.screen_stack) == 2
-
-
-async def test_jog_keys_are_dead_while_a_dialog_is_open():
-    async with Session() as session:
-        await session.arm_keys()
-        await session.press("question_mark", "q", "w", "up")
-        assert session.arm.asked("nudge") == []
 
 
 async def test_holding_a_key_jogs_and_letting_go_stops():
@@ -377,8 +378,8 @@ async def test_what_ends_a_hold_at_once():
             session.desk.disarm("the next one")
 
 
-@pytest.mark.parametrize(
-    ("sent", "read"),
+@every_row(
+    "sent, read",
     [
         ("\x1b[113;1:3u", [(KeyUp, "q")]),
         ("\x1b[113;1:2;113u", [(events.Key, "q")]),
@@ -411,8 +412,11 @@ async def test_a_real_timer_ends_a_hold_by_itself():
     assert len(arm.asked("hold")) == 1
 
 
-async def test_backlog_disarms_and_moves_nothing():
+async def test_keys_that_pour_in_or_stay_away_disarm():
     async with Session() as session:
+        await session.press("q", "enter", after_s=0.01)
+        assert not session.screen.armed
+        session.shows("a burst", messages="let go of all keys")
         await session.hold("w")
         session.clock.now_s += 0.4
         session.tick()
@@ -421,10 +425,6 @@ async def test_backlog_disarms_and_moves_nothing():
         assert not session.screen.armed
         assert session.arm.asked("nudge") == session.arm.asked("hold") == []
         session.shows("backlog", messages="faster than a keyboard")
-
-
-async def test_the_keys_disarm_when_nobody_uses_them():
-    async with Session() as session:
         await session.arm_keys()
         await session.press("q")
         session.clock.now_s += IDLE_DISARMS_S - 0.1
@@ -433,30 +433,31 @@ async def test_the_keys_disarm_when_nobody_uses_them():
         session.clock.now_s += 0.2
         await session.poll()
         assert not session.screen.armed
-        assert "no key for 60 s" in session.text("messages")
+        session.shows("nobody there", messages="no key for 60 s")
 
 
-async def test_arming_is_refused_while_keys_pour_in():
+async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came():
+    """Repeats that come at once, and are acted on one by one, are backlog all the same."""
     async with Session() as session:
-        await session.press("q", "enter", after_s=0.01)
+        await session.hold("w")
+        session.clock.now_s += 0.9
+        session.arm.calls.clear()
+        came_s = session.clock.now_s
+        session.screen.hand._age_s = lambda: session.clock.now_s - came_s
+        for _ in range(5):
+            await session.press("w", after_s=0.2)
+        assert session.arm.asked("nudge") == session.arm.asked("hold") == []
         assert not session.screen.armed
-        session.shows("a burst", messages="let go of all keys")
-
-
-async def test_what_somebody_asked_from_outside_is_shown():
-    async with Session() as session:
-        session.arm.set(speed_override=0.25)
-        await session.poll()
-        slowed = session.text("banner")
-        assert "SLOWED from outside to 25%" in slowed
-        _, name, *words = slowed.split("`")[1].split()
-        assert command_parser(name, "drive.control_requests:slow").parse_args(words).speed == 1.0
-        session.arm.set(paused=True)
-        await session.poll()
-        assert "PAUSED  paused from outside" in session.text("banner")
-        session.arm.set(paused=False, speed_override=1.0)
-        await session.poll()
-        assert session.text("banner") == ""
+        # a key acted on late does not count before what came with it
+        hand, rings = session.screen.hand, []
+        hand._age_s = lambda: 0.0
+        await session.arm_keys()
+        hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
+        await session.press("w")
+        hand.release()
+        hand._age_s = lambda: 0.5
+        await session.press("w", after_s=1.0)
+        assert rings[-1] >= 0.03
 
 
 PAUSED_IN = (
@@ -469,21 +470,36 @@ PAUSED_IN = (
 )
 
 
-async def test_a_pause_hides_no_state_in_which_nothing_can_move():
-    async with Session(FakeArm(paused=True)) as session:
+async def test_the_banner_says_what_forbids_motion_and_says_it_once():
+    async with Session() as session:
+        session.arm.set(speed_override=0.25)
+        await session.poll()
+        slowed = session.text("banner")
+        assert "SLOWED from outside to 25%" in slowed
+        _, name, *words = slowed.split("`")[1].split()
+        assert command_parser(name, "drive.control_requests:slow").parse_args(words).speed == 1.0
+        session.arm.set(paused=True)
+        await session.poll()
+        assert "PAUSED  paused from outside" in session.text("banner")
         for state, current, badge in PAUSED_IN:
             session.arm.set(state=state, current=Current(current))
             await session.poll()
-            assert session.text("state").startswith(f" {badge} ")
+            assert session.text("state").startswith(f" {badge} "), "a pause hides no such state"
             assert watched_state("sim", session.arm.status, "", "").badge[0] == badge
-
-
-async def test_what_the_banner_says_is_not_said_again():
-    async with Session() as session:
-        session.arm.set(state=State.ERROR_STOP, error="the elbow slipped: look at it")
+        session.arm.set(paused=False, speed_override=1.0, state=State.STANDBY)
+        await session.poll()
+        assert session.text("banner") == ""
+        await session.press("X")
+        await session.poll()
+        said = "ERROR  emergency stop. Look at the arm, then press R. That moves nothing."
+        assert said in session.text("banner")
+        session.arm.set(error="the elbow slipped: look at it")
         session.desk.message = "the elbow slipped: look at it"
         await session.poll()
         session.shows("once", banner="the elbow slipped", not_messages="the elbow slipped")
+        await session.keys("R")
+        assert session.text("banner") == ""
+        assert [call[0] for call in session.arm.calls if call[0] in ("nudge", "hold")] == []
 
 
 async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_back():
@@ -522,19 +538,6 @@ async def test_a_jog_key_that_repeats_leaves_the_message_alone():
         assert session.desk.confirmation.effect == ""
         await session.press("q", after_s=3.0)
         assert session.desk.message == "jog keys move nothing before they are armed"
-
-
-async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
-    async with Session() as session:
-        await session.press("X")
-        await session.poll()
-        said = "ERROR  emergency stop. Look at the arm, then press R. That moves nothing."
-        assert said in session.text("banner")
-        await session.press("R")
-        await session.desk.workers.wait_for_complete()
-        await session.poll()
-        assert session.text("banner") == ""
-        assert [call[0] for call in session.arm.calls if call[0] in ("nudge", "hold")] == []
 
 
 class SixJointArm(FakeArm):
@@ -579,14 +582,6 @@ async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, a
             assert session.arm.asked("enable") == [("enable",)], "on at once"
 
 
-async def test_a_simulated_arm_is_brought_to_its_reference_by_its_operator():
-    async with Session(FakeArm(**unknown_position())) as session:
-        await session.press("H")
-        await session.desk.workers.wait_for_complete()
-        assert len(session.desk.screen_stack) == 1
-        assert session.arm.calls == [("home",)]
-
-
 async def test_refusals_are_sentences_on_the_screen():
     async with Session(StubbornArm(simulated=False)) as session:
         await session.follow(
@@ -600,13 +595,16 @@ async def test_refusals_are_sentences_on_the_screen():
         assert len(session.desk.screen_stack) == 1
 
 
-async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
+async def test_an_arm_whose_position_is_unknown_says_so_and_its_operator_references_it():
     async with Session(FakeArm(**unknown_position())) as session:
         session.arm.set(notice="jogging needs a known position: reference it first (`home()`)")
         await session.poll()
         assert "a known position: reference it first (H)" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
         assert "position unknown" in "".join(session.screen.query_one("#space").rows)
+        await session.keys("H")
+        assert len(session.desk.screen_stack) == 1, "a simulated arm is brought there"
+        assert session.arm.calls == [("home",)]
 
 
 async def test_a_key_of_another_layout_says_that_it_is_none():
@@ -617,46 +615,6 @@ async def test_a_key_of_another_layout_says_that_it_is_none():
             await session.keys("question_mark б")
             assert "б" not in session.text("messages")
             await session.keys("question_mark")
-
-
-async def test_the_drawing_follows_the_arm_and_repaints_only_then():
-    async with Session() as session:
-        view = session.screen.query_one("#space")
-        # a thread works out how far the arm reaches, which is drawn when it is known
-        await until_seen(lambda: "reach at pitch" in view.rows[-1], session.pilot.pause)
-        before = view.rows
-        await session.poll()
-        assert view.rows == before
-        joints = session.arm.status.joints
-        session.arm.set(joints=joints.replace(shoulder=1.5))
-        await session.poll()
-        assert view.rows != before
-
-
-async def test_a_poll_of_an_arm_that_stands_updates_no_widget(monkeypatch):
-    updated = []
-    async with Session(everywhere_arm()) as session:
-        for entry in SCREENS:
-            await session.keys(entry.key)
-            await at_rest(session.pilot)
-            with monkeypatch.context() as watched:
-                watched.setattr(Widget, "refresh", lambda self, *_, **__: updated.append(self))
-                session.desk.poll()
-            assert updated == [], entry.id
-
-
-async def test_nothing_that_matters_is_said_by_colour_alone():
-    async with Session(FakeArm(trust=Trust.SUSPECT, gripping=True)) as session:
-        await session.arm_keys()
-        shown = session.everything
-        for word in ("SIMULATED", "ARMED", "suspect", "CLOSED", "14 mm, 0.21 s"):
-            assert word in shown
-
-
-async def test_ending_the_desk_stops_the_arm_however_it_ends():
-    async with Session() as session:
-        session.arm.calls.clear()
-    assert session.arm.asked("stop")
 
 
 @pytest.mark.parametrize("number", ENDING_SIGNALS)
@@ -697,32 +655,6 @@ async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
         assert "please report it: TypeError: a word too many" in session.text("messages")
         await session.press("space")
         assert session.arm.asked("stop")
-
-
-async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came():
-    """Repeats that come at once, and are acted on one by one, are backlog all the same."""
-    async with Session() as session:
-        await session.hold("w")
-        session.clock.now_s += 0.9
-        session.arm.calls.clear()
-        came_s = session.clock.now_s
-        session.screen.hand._age_s = lambda: session.clock.now_s - came_s
-        for _ in range(5):
-            await session.press("w", after_s=0.2)
-        assert session.arm.asked("nudge") == session.arm.asked("hold") == []
-        assert not session.screen.armed
-
-
-async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
-    async with Session() as session:
-        await session.arm_keys()
-        hand, rings = session.screen.hand, []
-        hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
-        await session.press("w")
-        hand.release()
-        hand._age_s = lambda: 0.5
-        await session.press("w", after_s=1.0)
-        assert rings[-1] >= 0.03
 
 
 async def test_the_cursor_of_the_palette_does_not_blink():
