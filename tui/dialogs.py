@@ -6,7 +6,6 @@ from collections.abc import Awaitable, Callable, Iterable, Iterator, Sequence
 from functools import partial
 from typing import ClassVar
 
-from textual import events, on
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.command import CommandPalette
@@ -26,14 +25,23 @@ from tui.safety import bound_text
 from tui.settings import LOOKS
 from tui.widgets import PlainText, TypedText, text_of
 
-LEAST_WIDTH = 60
-"""The width of a text until its dialog has been laid out."""
-
 LONGEST = 40
 """Characters of a text that is typed into a dialog."""
 
 DialogWords = Callable[[int, int], str]
 """Returns the text of a dialog for a width and a height."""
+
+
+class DialogText(PlainText):
+    """The text of a dialog, which is made as soon as its width is known."""
+
+    def __init__(self, fill: Callable[[], None]) -> None:
+        super().__init__(id="dialog-text")
+        self._fill = fill
+
+    def on_resize(self) -> None:
+        """Make the text for another width."""
+        self._fill()
 
 
 class TextDialog(ModalScreen[None]):
@@ -68,17 +76,16 @@ class TextDialog(ModalScreen[None]):
         scroll = VerticalScroll(classes="dialog short" if self._short else "dialog")
         scroll.can_focus = self._choose is None  # else the arrows scroll
         with scroll:
-            yield PlainText(id="dialog-text")
+            yield DialogText(self._fill)
 
-    @on(events.Mount)
-    @on(events.Resize)
-    def _fill_soon(self) -> None:
-        """Show the text once the size is known."""
+    def on_resize(self) -> None:
+        """Make the text for another height."""
         self.call_after_refresh(self._fill)
 
     def _fill(self) -> None:
         text, height = text_of(self, "dialog-text"), self.query_one(VerticalScroll).size.height
-        text.show(self._words(text.content_size.width or LEAST_WIDTH, height))
+        if text.content_size.width:
+            text.show(self._words(text.content_size.width, height))
 
     def _take(self, text: str) -> None:
         if self._typed is not None:

@@ -29,18 +29,14 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
             await session.press("q", after_s=0.2)
         assert session.arm.calls == []
         assert "press L, or ctrl+q to leave" in session.text("messages")
-        await session.press("ctrl+q")
-    assert session.desk.return_value == 0
-    assert session.desk.return_code == 0
-
-
-async def test_the_banner_says_once_how_to_get_the_arm_back():
-    async with Session() as session:
         lost = "the cable is unplugged: plug it in and call `reconnect()`"
         session.arm.set(state=State.DISCONNECTED, error=lost, error_code="E407")
         await session.poll()
         said = "LINK LOST  [E407] the cable is unplugged: plug it in and press L. ctrl+q leaves."
-        assert said in session.text("banner")
+        assert said in session.text("banner"), "it says once how to get the arm back"
+        await session.press("ctrl+q")
+    assert session.desk.return_value == 0
+    assert session.desk.return_code == 0
 
 
 def stop_elsewhere(arm):
@@ -61,6 +57,11 @@ async def test_a_stop_by_another_program_disarms_and_takes_back_a_first_press():
         session.clock.now_s += 10.0
         await session.poll()
         assert session.arm.asked("home") == []
+        # what is typed into a search would else fall on the keys of the screen
+        await session.press("question_mark")
+        stop_elsewhere(session.arm)
+        await session.poll()
+        assert len(session.desk.screen_stack) == 2
 
 
 async def test_a_stop_by_another_program_makes_a_question_void():
@@ -81,61 +82,38 @@ async def test_a_stop_by_another_program_makes_a_question_void():
             assert seen or "the arm was stopped" in session.text("messages")
 
 
-async def test_a_stop_by_another_program_leaves_what_asks_nothing_open():
-    """What is typed into a search would else fall on the keys of the screen."""
-    async with Session() as session:
-        await session.press("question_mark")
-        stop_elsewhere(session.arm)
-        await session.poll()
-        assert len(session.desk.screen_stack) == 2
-
-
 ENDED_HERE = "the jog ended here: further on, the elbow is beyond its limit"
 
 
-async def test_what_the_arm_says_goes_with_the_next_key_or_screen():
+async def test_the_latest_message_is_shown_until_the_next_key_or_screen_or_until_it_is_taken_back():
     async with Session() as session:
-        for key in ("v", "right_square_bracket", "f3"):
-            session.arm.set(notice=ENDED_HERE)
+
+        async def hear(notice):
+            session.arm.set(notice=notice)
             await session.poll()
+
+        for key in ("v", "right_square_bracket", "f3", "f2"):
+            await hear(ENDED_HERE)
             assert session.text("messages") == ENDED_HERE
             await session.press(key)
             await session.poll()
             assert ENDED_HERE not in session.text("messages"), key
-
-
-async def test_the_latest_message_is_shown_whether_the_desk_or_the_arm_says_it():
-    async with Session() as session:
+        await hear(ENDED_HERE)
+        await hear("")
+        assert ENDED_HERE not in session.text("messages")
         session.desk.say("STOP requested")
-        session.arm.set(notice="the jog was stopped")
-        await session.poll()
+        await hear("the jog was stopped")
         assert session.text("messages") == "the jog was stopped"
         session.desk.say("armed")
+        await hear("")
         assert session.text("messages") == "armed"
-        session.arm.set(notice="")
-        await session.poll()
-        assert session.text("messages") == "armed"
-
-
-async def test_what_the_arm_takes_back_is_said_no_more():
-    async with Session() as session:
-        session.arm.set(notice=ENDED_HERE)
-        await session.poll()
-        session.arm.set(notice="")
-        await session.poll()
-        assert ENDED_HERE not in session.text("messages")
-
-
-async def test_a_jog_that_is_refused_again_says_so_again_and_one_that_begins_does_not():
-    async with Session() as session:
-        session.arm.set(notice=ENDED_HERE)
-        await session.poll()
+        # a jog that is refused again says so again, and one that begins does not
+        await hear(ENDED_HERE)
         await session.arm_keys()
         await session.tap("w", after_s=3.0)
         await session.poll()
         assert "armed" in session.text("messages")
-        session.arm.set(notice=ENDED_HERE)
-        await session.poll()
+        await hear(ENDED_HERE)
         assert session.text("messages") == ENDED_HERE
 
 
@@ -365,11 +343,9 @@ async def test_a_referenced_position_is_trusted_again_once_it_was_compared(arm):
         assert arm.status.trust is Trust.REFERENCED
 
 
-@pytest.mark.parametrize("armed", [True, False])
-async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm, armed):
+async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm):
     async with Session(arm) as session:
-        if armed:
-            await session.arm_keys()
+        await session.arm_keys()
         unplug(arm)
         await session.press("X")
         assert "the stop did not reach the arm" in session.text("messages")

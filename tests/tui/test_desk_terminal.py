@@ -11,6 +11,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from waiting import LONG_S, looks, tried
 
@@ -120,8 +121,8 @@ class GoneFile:
         raise OSError(5, "Input/output error")
 
 
-@pytest.mark.parametrize(
-    ("encoding", "shown"),
+@every_row(
+    "encoding, shown",
     [("ascii", "6.9? |x| ?"), ("latin-1", "6.9° |x| ?"), ("utf-8", "6.9° |x| ⠤")],
 )
 def test_what_a_terminal_cannot_show_is_as_wide_as_what_stands_for_it(encoding, shown):

@@ -194,7 +194,7 @@ def test_the_help_names_every_key_of_a_model_and_no_other():
     assert "model-more" in offered
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
+@every_row("layout", LAYOUTS)
 def test_no_key_of_a_model_does_two_things_on_any_layout(layout):
     rows = model_keys(keyboard_of(layout)).rows
     keys = [key for row in rows if not row.counts_at("dialog") for key in row.keys]

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from amounts import every_row
 from desk_fake import FakeArm
 from desk_logged import busy_arm
 from desk_planner import PlannerArm
@@ -72,20 +73,20 @@ def test_what_was_left_is_there_again(tmp_path):
     assert recall(tmp_path / "desk.json") == left
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "{",
-        "[]",
-        "7",
-        '{"speed": "fast", "look": 3, "instructed": "yes"}',
-        "[" * 9000,
-        '{"arms": 7, "look": 3}',
-        '{"screen": "log", "speed": 1.0}',
-        '{"instructed": 1, "layout": null}',
-    ],
+DAMAGED = (
+    "",
+    "{",
+    "[]",
+    "7",
+    '{"speed": "fast", "look": 3, "instructed": "yes"}',
+    "[" * 9000,
+    '{"arms": 7, "look": 3}',
+    '{"screen": "log", "speed": 1.0}',
+    '{"instructed": 1, "layout": null}',
 )
+
+
+@every_row("text", DAMAGED, ids=lambda text: text[:40])
 def test_a_damaged_memory_is_no_memory(tmp_path, text):
     path = tmp_path / "desk.json"
     path.write_text(text)
@@ -114,26 +115,23 @@ def test_what_does_not_exist_here_is_left_as_it_is():
     assert remembered(*restored(jog, move, SET)) == SET
 
 
-async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
-    async with Session(memory=memory) as session:
+async def test_a_desk_is_found_as_it_was_left_but_disarmed_and_without_a_goal(
+    memory,
+):
+    async with Session(PlannerArm(), memory=memory) as session:
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
         left = (session.text("stopping"), session.title("tip"))
         look = session.desk.looks.name
+        await session.press("f3", "m", "less_than_sign", "4", "0")
+        form = session.screen.form
+        assert (form.cartesian, form.settings.speed) == (False, 0.25)
         await session.press("ctrl+q")
-    async with Session(memory=memory) as session:
+    async with Session(PlannerArm(), memory=memory) as session:
+        assert session.screen.place == "jog"
         assert (session.text("stopping"), session.title("tip")) == left
         assert session.desk.looks.name == look
         assert not session.screen.armed
-
-
-async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
-    async with Session(PlannerArm(), memory=memory) as session:
-        await session.press("f3", "m", "less_than_sign", "4", "0")
-        left = session.screen.form
-        assert (left.cartesian, left.settings.speed) == (False, 0.25)
-        await session.press("f2", "ctrl+q")
-    async with Session(PlannerArm(), memory=memory) as session:
         await session.press("f3")
         form = session.screen.form
         assert (form.cartesian, form.settings.speed) == (False, 0.25)
@@ -163,8 +161,7 @@ async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
         assert len(session.desk.screen_stack) == 1
         assert not session.screen.armed, "one enter does not arm as well"
         await session.press("ctrl+q")
-    async with Session(memory=path) as session:
-        assert len(session.desk.screen_stack) == 1
+    assert json.loads(path.read_text())["instructed"] is True
 
 
 def test_the_facts_are_three_lines_and_know_what_the_arm_feels():
@@ -239,23 +236,19 @@ async def test_the_palette_knows_the_words_that_people_use_and_does_rows_of_othe
         assert session.arm.asked("grasp") == [], "the keys are not armed"
 
 
-async def test_a_new_real_arm_starts_slowly_whatever_was_set_on_the_simulated_one(memory):
-    async with Session(memory=memory) as session:
-        await session.press("m", "plus", "plus", "right_square_bracket", "ctrl+q")
-    for _ in range(2):
-        async with Session(FakeArm(simulated=False), memory=memory) as session:
-            assert "speed 10%   step [2°] 2 mm" in session.text("stopping")
-            assert session.title("joints") == "Joints"
-            assert session.desk.settings.move.speed == 0.25
-            await session.press("ctrl+q")
-    async with Session(memory=memory) as session:
-        assert "speed 100%   step 2° [5 mm]" in session.text("stopping")
-
-
-async def test_each_arm_has_settings_of_its_own(memory):
-    for arm, keys, percent in (("bench", ("plus",), 10), ("lab", (), 10), ("bench", (), 25)):
-        async with Session(FakeArm(arm=arm, simulated=False), memory=memory) as session:
-            session.shows(arm, stopping=f"speed {percent}%")
+async def test_each_arm_has_settings_of_its_own_and_a_new_real_one_starts_slowly(memory):
+    visits = (
+        # an arm, keys, its settings before
+        (FakeArm(), ("m", "plus", "plus", "right_square_bracket"), "speed 25%   step [2°] 2 mm"),
+        (FakeArm(arm="bench", simulated=False), ("plus",), "speed 10%   step [2°] 2 mm"),
+        (FakeArm(arm="lab", simulated=False), (), "speed 10%   step [2°] 2 mm"),
+        (FakeArm(arm="bench", simulated=False), (), "speed 25%   step [2°] 2 mm"),
+        (FakeArm(), (), "speed 100%   step 2° [5 mm]"),
+    )
+    for arm, keys, settings in visits:
+        async with Session(arm, memory=memory) as session:
+            session.shows(arm.status.arm, stopping=settings)
+            assert session.desk.settings.move.speed == (0.5 if arm.status.simulated else 0.25)
             await session.press(*keys, "ctrl+q")
 
 
@@ -266,10 +259,3 @@ def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
     assert len(memory.arms) == MOST_ARMS
     assert memory.of(FakeArm(arm="arm 4").status) == {}
     assert memory.of(FakeArm(arm="arm 5").status) == {"speed": 0.1}
-
-
-async def test_the_desk_begins_at_the_jog_screen_wherever_it_was_left(memory):
-    for _ in range(2):
-        async with Session(busy_arm(), memory=memory) as session:
-            assert session.screen.place == "jog"
-            await session.press("f7", "ctrl+q")

@@ -1,6 +1,7 @@
 """Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
 
 import pytest
+from amounts import every_row
 from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from desk_session import AppSession
 from waiting import until_seen
@@ -244,7 +245,7 @@ PROGRAM_WORDS = [
 ]
 
 
-@pytest.mark.parametrize(("program", "words"), PROGRAM_WORDS)
+@every_row("program, words", PROGRAM_WORDS)
 def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program, words):
     view = {**status_view(FakeArm().status), "program": program}
     second = watch_words.lines(view).splitlines()[1]
@@ -254,15 +255,15 @@ def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program,
 TEMPOS = [(10, -1, 10), (100, 1, 100), (33, -1, 25), (33, 1, 50), (5, -1, 5), (5, 1, 10)]
 
 
-@pytest.mark.parametrize(("now", "steps", "then"), TEMPOS)
+@every_row("now, steps, then", TEMPOS)
 def test_a_tempo_between_the_steps_goes_to_the_next_one_and_slower_never_speeds_up(
     now, steps, then
 ):
     assert neighbour(watch_words.PERCENTS, now, steps) == then
 
 
-@pytest.mark.parametrize(
-    ("program", "words"),
+@every_row(
+    "program, words",
     [
         (PROGRAM, "stack.arm 42%"),
         (PROGRAM | {"percent": None}, "stack.arm"),

@@ -197,31 +197,37 @@ async def test_what_takes_the_screen_or_the_arm_away_lets_go_of_a_button():
             assert (session.arm.calls[-1][0] == "hold") == held, end
 
 
-@pytest.mark.parametrize("trust", [*Trust])
-async def test_limits_are_shown_only_where_they_end_a_jog(trust):
-    more = unknown_position() if trust is Trust.UNKNOWN else {"trust": trust}
-    async with Session(FakeArm(**more)) as session:
-        await session.arm_keys()
-        await session.poll()
-        hold = trust is Trust.REFERENCED
-        parts = {"state": "NO LIMITS", "near": "NO LIMITS", "not_near": "from its limit"}
-        swap = {"state": "not_state", "near": "not_near", "not_near": "near"}
-        session.shows(trust, **{swap[at] if hold else at: text for at, text in parts.items()})
-        await session.press("m")
-        assert (session.screen.query_one("#tip", AxisTable).at(1, 0) == "q") == hold
-        session.shows("the tip", state="tap a key" if hold else "the tip needs a reference first")
+async def test_limits_are_shown_only_where_they_end_a_jog():
+    arm = FakeArm()
+    known = arm.status
+    async with Session(arm) as session:
+        for trust in Trust:
+            arm.status = replace(known, trust=trust)
+            if trust is Trust.UNKNOWN:
+                arm.set(**unknown_position())
+            await session.arm_keys()
+            await session.poll()
+            hold = trust is Trust.REFERENCED
+            parts = {"state": "NO LIMITS", "near": "NO LIMITS", "not_near": "from its limit"}
+            swap = {"state": "not_state", "near": "not_near", "not_near": "near"}
+            session.shows(trust, **{swap[at] if hold else at: text for at, text in parts.items()})
+            await session.press("m")
+            assert (session.screen.query_one("#tip", AxisTable).at(1, 0) == "q") == hold
+            said = "tap a key" if hold else "the tip needs a reference first"
+            session.shows("the tip", state=said)
+            await session.press("m")
 
 
-@pytest.mark.parametrize("state", IN_MOTION)
-async def test_keys_are_not_armed_while_something_else_moves_the_arm(state):
+async def test_keys_are_not_armed_while_something_else_moves_the_arm():
     """A key that is still held when the arm stands would begin a jog then."""
     async with Session() as session:
-        session.arm.set(state=state)
-        await session.poll()
-        await session.press("enter")
-        assert not session.screen.armed
-        session.shows(state, messages=f"the arm is {state.value}: wait until it stands")
-        session.shows(state, not_footer="enter arm")
+        for state in IN_MOTION:
+            session.arm.set(state=state)
+            await session.poll()
+            await session.press("enter")
+            assert not session.screen.armed
+            session.shows(state, messages=f"the arm is {state.value}: wait until it stands")
+            session.shows(state, not_footer="enter arm")
         session.arm.set(state=State.STANDBY)
         await session.poll()
         session.shows("it stands", footer="enter arm")
@@ -296,8 +302,8 @@ def test_digital_lines_are_told_apart_by_their_numbers():
     assert "inputs 1 . 3 . . . .  outputs . 2 . . . . . ." in lines
 
 
-@pytest.mark.parametrize(
-    ("dialect", "shown"),
+@every_row(
+    "dialect, shown",
     [
         ("teachmover", "inputs . . . . . . .\n"),
         ("robko01", "inputs . . . . . . . .\n"),
@@ -356,8 +362,8 @@ def near(arm):
     return "\n".join(text for text, _ in tables.near_lines(arm.status, arm.model, (), ""))
 
 
-@pytest.mark.parametrize(
-    ("z_mm", "said"),
+@every_row(
+    "z_mm, said",
     [(4.6, "table: 5 mm (tip z)"), (-0.4, "table: 0 mm (tip z)"), (-0.9, "table: -1 mm (tip z)")],
 )
 def test_the_table_is_always_among_what_is_near(z_mm, said):
@@ -366,9 +372,7 @@ def test_the_table_is_always_among_what_is_near(z_mm, said):
     assert said in near(arm)
 
 
-@pytest.mark.parametrize(
-    ("x_mm", "said"), [(290.0, "9 mm (hand)"), (262.0, "-19 mm (hand)"), (340.0, None)]
-)
+@every_row("x_mm, said", [(290.0, "9 mm (hand)"), (262.0, "-19 mm (hand)"), (340.0, None)])
 def test_a_box_that_a_link_is_near_to_or_inside_of_is_named(x_mm, said):
     arm = FakeArm()
     box = Box("vice", (x_mm, 50.0, 100.0), (400.0, 140.0, 230.0))
@@ -384,9 +388,7 @@ def test_the_end_of_the_reach_is_named_where_it_is_near():
     assert "outer radius: 4 mm (tip radius)" in near(arm)
 
 
-@pytest.mark.parametrize(
-    ("value", "sign"), [(0.0, "!!"), (-91.0, "!!"), (85.0, ""), (-89.0, "!!"), (-84.0, "!")]
-)
+@every_row("value, sign", [(0.0, "!!"), (-91.0, "!!"), (85.0, ""), (-89.0, "!!"), (-84.0, "!")])
 def test_a_value_near_its_limit_has_a_sign_as_well_as_a_colour(value, sign):
     limits = (-89.0, 120.0) if value == -89.0 else (-90.0, 120.0)
     limits = (0.0, 120.0) if value == 0.0 else limits

@@ -5,6 +5,7 @@ from contextlib import asynccontextmanager
 from functools import partial
 
 import pytest
+from amounts import THOROUGH, every_row
 from desk_fake import END, MODEL, FakeArm, FakeHolder
 from desk_logged import busy_arm
 from desk_planner import CONFIG, PlannerArm
@@ -152,7 +153,7 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
 ALL_PLACES = ["", *PLACES]
 
 
-@pytest.mark.parametrize("place", ALL_PLACES)
+@every_row("place", ALL_PLACES)
 def test_no_key_does_two_things_at_one_place(place):
     # what counts in dialogs need not differ from the screens': nothing goes through a dialog
     places = (place, "") if place in PLACES_OF_SCREENS else (place,)
@@ -184,8 +185,8 @@ def test_every_axis_of_either_mode_has_a_pair():
     assert {pair.cartesian for pair in JOG_PAIRS} == {"x", "y", "z", "pitch", "roll", "gripper"}
 
 
-@pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
-async def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place):
+@every_row("place", [entry.id for entry in SCREENS])
+def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place):
     rows = DEFAULT_KEYS.next_keys(place)
     assert len(rows) <= KEYS_OFFERED
     line = KeyLine(id="keys")
@@ -195,7 +196,7 @@ async def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place):
         assert len(line.shown.rstrip()) <= width
 
 
-@pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
+@every_row("place", [entry.id for entry in SCREENS])
 def test_the_help_begins_with_jogging_and_names_every_key(place):
     listed = "\n".join(DEFAULT_KEYS.help(place, JOG_PAIRS))
     assert listed.startswith("Move the arm, on the jog screen (f2)")
@@ -342,7 +343,7 @@ def test_only_keys_that_were_typed_before_a_stop_are_overtaken():
 # Other keyboards, and that the desk then hears their keys.
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
+@every_row("layout", LAYOUTS)
 def test_a_layout_gives_every_axis_keys_and_takes_none_away(layout):
     keyboard = keyboard_of(layout)
     assert {row.id for row in keyboard.rows} == {row.id for row in TABLE}
@@ -353,7 +354,7 @@ def test_qwerty_is_the_table_and_so_is_a_layout_that_was_never_known():
     assert keyboard_of("qwerty") == keyboard_of("") == keyboard_of("azery") == DEFAULT_KEYS
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
+@every_row("layout", LAYOUTS)
 def test_no_key_of_a_layout_does_two_things_at_one_place(layout):
     keyboard = keyboard_of(layout)
     for place in ALL_PLACES:
@@ -380,7 +381,7 @@ async def test_the_desk_hears_and_shows_the_keys_of_the_layout():
         assert "step [1°] 2 mm" in session.text("stopping")
 
 
-@pytest.mark.parametrize("layout", LAYOUTS)
+@pytest.mark.parametrize("layout", LAYOUTS if THOROUGH else ["dvorak"])
 async def test_every_jog_key_of_every_layout_moves_its_own_axis(layout):
     keyboard = keyboard_of(layout)
     async with Session(keys=keyboard) as session:

@@ -2,7 +2,7 @@
 
 import pytest
 from amounts import every_row
-from desk_planner import PlannerArm, at_rest
+from desk_planner import PlannerArm
 from desk_session import AGAIN_S, Session
 
 from armdrive.status import State
@@ -58,13 +58,6 @@ async def test_the_list_shows_points_and_what_is_chosen():
         session.shows("a point", chosen="base 30.0°", ahead="takes")
         session.shows("its note", chosen="by the wall")
         await session.follow([("up", {"list": "> up", "chosen": "base -20.0°"})])
-
-
-async def test_the_move_screen_reaches_goals_as_this_one_does():
-    async with PointSession() as session:
-        await session.keys("l greater_than_sign f3")
-        session.shows("the move screen", goal="straight line")
-        session.shows("the move screen", goal="speed 100%")
 
 
 async def test_points_are_renamed_and_deleted_while_the_link_is_lost():
@@ -297,10 +290,11 @@ async def test_planned_moves_have_one_speed_on_both_screens_a_low_one_on_a_new_r
     async with PointSession(arm) as session:
         await session.choose("up")
         session.shows("a new real arm", how="speed 25%")
-        await session.keys("greater_than_sign")
+        await session.keys("greater_than_sign l")
         session.shows("faster", how="speed 50%")
         await session.keys("f3")
         session.shows("the move screen", goal="speed 50%")
+        session.shows("the move screen", goal="straight line")
 
 
 async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
@@ -338,12 +332,6 @@ async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless(
             await session.settle()
         assert session.arm.asked_for == []
         assert not session.arm.points
-
-
-def test_the_points_screen(snap_compare):
-    session = PointSession()
-
-    assert snap_compare(session.desk, press=["up"], terminal_size=(80, 24), run_before=at_rest)
 
 
 # -- the list alone ---------------------------------------------------------------------------
