@@ -109,30 +109,20 @@ async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the
         assert session.stage.describing.typed == "x"
 
 
-async def test_another_port_is_typed_and_a_stop_is_never_typed(monkeypatch):
-    opened = found_at(monkeypatch, Report("/dev/ttyX", findings=[ok("no device answers")]))
-    async with SetupSession() as session:
-        await session.choose("1 find")
-        await session.press("down")
-        await session.keys("'/dev/ttyXH backspace")
-        await session.twice("enter")
-        assert opened == ["/dev/ttyX"]
-        assert "no device answers" in session.words
-        assert "asks again" in session.words
-        await session.press("space")
-        assert isinstance(session.stage, Steps)
-        assert session.simulated.arm.stops == 1
-
-
-async def test_a_port_by_its_long_stable_name_is_typed_whole(monkeypatch):
+async def test_another_port_is_typed_whole_and_a_stop_is_never_typed(monkeypatch):
     port = "/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_A50285BI-if00-port0"
     opened = found_at(monkeypatch, Report(port, findings=[ok("no device answers")]))
     async with SetupSession() as session:
         await session.choose("1 find")
         await session.press("down")
-        await session.keys(f"'{port}")
+        await session.burst(f"'{port}H backspace")
         await session.twice("enter")
         assert opened == [port]
+        assert "no device answers" in session.words
+        assert "asks again" in session.words
+        await session.press("space")
+        assert isinstance(session.stage, Steps)
+        assert session.simulated.arm.stops == 1
 
 
 async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
@@ -142,13 +132,6 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
             await session.choose(step)
             assert isinstance(session.stage, Steps)
             assert "leave it (ctrl+q)" in session.text("messages")
-
-
-async def test_a_click_marks_a_step():
-    async with SetupSession(size=(120, 40)) as session:
-        await session.pilot.click("#setup-rows", offset=(6, 2))
-        await session.settle()
-        assert "> 3 reference it" in session.words
 
 
 async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
@@ -198,35 +181,33 @@ async def test_a_folder_that_cannot_be_written_is_found_before_the_first_questio
         assert "make its folder writable" in session.text("messages")
 
 
-async def test_a_space_in_an_answer_stops_and_keeps_the_answers():
+async def test_a_space_in_an_answer_stops_and_keeps_the_answers_and_a_title_has_words_all_the_same():
     async with SetupSession() as session:
         await session.choose("2 describe")
-        await session.keys("'bench enter")
+        await session.burst("'my_bench enter")
         template = session.words
         assert "Which template" in template
-        await session.keys("'my space")
+        await session.burst("'my space")
         assert session.simulated.arm.stops == 1
         assert "> 2 describe it" in session.words
         await session.keys("enter")
         assert "answer: my_" in session.words
         await session.keys("backspace backspace")
         assert session.words == template
-
-
-async def test_a_title_has_words_though_a_space_stops():
-    async with SetupSession() as session:
-        await session.choose("2 describe")
-        await session.keys("'my_bench enter enter")
+        await session.keys("enter")
         assert "Type _ for a space" in session.words
-        await session.keys("'My_arm")
+        await session.burst("'My_arm")
         assert "enter: My arm" in session.words
         await session.keys("enter")
         assert session.stage.describing.name == "my_bench", "a name is one word"
         assert "Which dialect" in session.words
 
 
-async def test_referencing_asks_as_the_desk_does():
-    async with SetupSession() as session:
+async def test_referencing_asks_as_the_desk_does_and_a_click_marks_a_step():
+    async with SetupSession(size=(120, 40)) as session:
+        await session.pilot.click("#setup-rows", offset=(6, 2))
+        await session.settle()
+        assert "> 3 reference it" in session.words
         await session.choose("3 reference")
         assert "referenced" in session.text("messages")
         assert "> 4 check its motors" in session.words, "the next step is marked"
@@ -234,29 +215,18 @@ async def test_referencing_asks_as_the_desk_does():
         assert "> 3 reference" in session.words, "it was referenced before"
 
 
-SHOWN = {
-    "steps": (),
-    "ports": ("enter",),
-    "question": ("down", "enter", "x", "enter"),
-}
-
-
-@pytest.mark.parametrize(
-    ("what", "size"),
-    zip(SHOWN, ((80, 24), (120, 40), (80, 24)), strict=True),
-)
-def test_the_setup_screen(snap_compare, what, size, monkeypatch):
+def test_a_question_of_the_setup_screen(snap_compare, monkeypatch):
     found_at(monkeypatch, ROBKO)
     session = SetupSession()
 
     async def ready(pilot):
         await at_rest(pilot)
-        for key in SHOWN[what]:
+        for key in ("down", "enter", "x", "enter"):
             await pilot.press(key)
             session.clock.now_s += 0.5
             await at_rest(pilot)
 
-    assert snap_compare(session.desk, terminal_size=size, run_before=ready)
+    assert snap_compare(session.desk, terminal_size=(80, 24), run_before=ready)
     session.simulated.arm.close()
 
 
@@ -352,8 +322,9 @@ async def test_the_first_letter_of_a_paste_that_nothing_marks_turns_no_motor():
                 session.clock.now_s += 20.0
                 await session.settle()
             assert session.simulated.asked == [], letters
-    async with SetupSession() as session:
-        await session.choose("4 check")
+        session.desk.input.person_s = 0.0
+        session.clock.now_s += 20.0
+        await session.settle()
         await session.turn()
         assert len(session.simulated.asked) == 1, "a person presses it"
 
@@ -371,37 +342,35 @@ async def test_a_stop_leaves_the_step_and_what_was_answered_is_kept():
         await session.turn()
         assert "1 checked" in session.words
         assert session.simulated.turned == [0] * 6
+        # a check without a file says why nothing is written
+        await session.go_through({"base": "h"})
+        await session.press("enter")
+        session.shows("no file", messages="no file to write it into")
 
 
-async def test_a_stop_that_comes_before_the_motor_keeps_it_standing():
-    async with SetupSession() as session:
-        session.simulated.before = session.simulated.arm.request_stop
-        await session.choose("4 check")
-        before = session.simulated.arm.twin.world.opening_mm
-        await session.turn()
-        assert session.simulated.arm.twin.world.opening_mm == before
-        assert not session.stage.check.away
-        assert "stop" in session.text("messages")
+NOT_TURNED = [
+    (State.DISABLED, "the motors are off"),
+    (State.ERROR_STOP, "the arm is in error-stop"),
+]
 
 
-@pytest.mark.parametrize(
-    ("state", "why"),
-    [(State.DISABLED, "the motors are off"), (State.ERROR_STOP, "the arm is in error-stop")],
-)
-async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state, why):
+async def test_no_motor_is_turned_after_a_stop_or_in_a_state_in_which_it_should_not():
     async with SetupSession() as session:
         arm = session.simulated.arm
-        if state is State.ERROR_STOP:
-            arm.estop()
         await session.choose("4 check")
-        if state is State.DISABLED:
-            off = replace(session.desk.link.status, state=state, current=Current.OFF)
-            session.desk.link.status = off
+        for state, why in NOT_TURNED:
+            told = replace(session.desk.link.status, state=state, current=Current.OFF)
+            session.desk.link.status = told
             await session.desk.run_action("stage.turn", session.desk.screen)
-        else:
-            await session.turn()
-        assert session.simulated.asked == []
-        assert why in session.desk.message
+            assert session.simulated.asked == []
+            assert why in session.desk.message
+        session.simulated.before = arm.request_stop
+        before = arm.twin.world.opening_mm
+        await session.poll()
+        await session.turn()
+        assert arm.twin.world.opening_mm == before
+        assert not session.stage.check.away
+        assert "stop" in session.text("messages")
 
 
 async def test_motors_that_changed_places_are_named_by_choosing_them():
@@ -424,11 +393,3 @@ async def test_motors_that_changed_places_are_named_by_choosing_them():
         assert "swap their plugs" in session.words
         await session.press("enter")
         assert isinstance(session.stage, Steps)
-
-
-async def test_a_check_without_a_file_says_why_nothing_is_written():
-    async with SetupSession() as session:
-        await session.choose("4 check")
-        await session.go_through({"base": "h"})
-        await session.press("enter")
-        assert "no file to write it into" in session.text("messages")
