@@ -136,9 +136,9 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
         assert "> wave.arm" in session.text("programs")
         assert "    2  draw 0, 20, 0" in session.text("program")
         assert "checked: no mistakes" in session.text("run")
-        await session.pilot.click("#programs", offset=(4, 2))
+        await session.pilot.click("#programs", offset=(4, 1))
         await at_rest(session.pilot)
-        session.shows("a click", programs="> waits.arm")
+        session.shows("a click", programs=f"> {named}")
 
 
 async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
