@@ -36,16 +36,9 @@ from firmware_protocol.mks.device import Device as Device
 from firmware_protocol.mks.device import DeviceEvent as DeviceEvent
 from firmware_protocol.mks.host import EVENTS_MAX as EVENTS_MAX
 from firmware_protocol.mks.host import Answered as Answered
-from firmware_protocol.mks.host import Done as Done
 from firmware_protocol.mks.host import Event as Event
-from firmware_protocol.mks.host import Failed as Failed
 from firmware_protocol.mks.host import Foreign as Foreign
 from firmware_protocol.mks.host import Host as Host
-from firmware_protocol.mks.host import LimitStop as LimitStop
-from firmware_protocol.mks.host import Started as Started
-from firmware_protocol.mks.host import StoredForStart as StoredForStart
-from firmware_protocol.mks.host import Stray as Stray
-from firmware_protocol.mks.host import Superseded as Superseded
 from firmware_protocol.mks.requests import ACC_MAX as ACC_MAX
 from firmware_protocol.mks.requests import COURSE_CODES as COURSE_CODES
 from firmware_protocol.mks.requests import CURRENT_MAX_MA as CURRENT_MAX_MA

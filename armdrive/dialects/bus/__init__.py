@@ -40,7 +40,7 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               CiA 402, at rest: missed 3.5 heartbeats and four questions,    cia402.exchange
               or did not answer a request
   silent      MKS: all drives missed ten polls                               mks.observer
-  late        MKS: all drives sent 15 late readings in a row                 mks.observer
+  late        MKS: 15 late readings in a row, and no drive sends prompt ones mks.observer
               CiA 402: five, and no SYNC was answered in time                cia402.leading
   unfit       MKS: rejects two orders, and has stalled, has no current or    mks.drive
               is in another mode; or a limit switch has stopped it

@@ -7,7 +7,6 @@ Read in this order, after `dialects.bus`:
     drive        one drive: its orders, and what its readings and other messages show
     observer     the drives together: outages, drives that do not reply
     exchange     frames to the drives and their replies; every reply goes to the observer
-    surplus      replies that no question explains: late ones, and those of a second drive
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls
     motion       the stages of a motion, from the first order until all drives stand

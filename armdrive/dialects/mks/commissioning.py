@@ -13,7 +13,7 @@ from armdrive.dialects.exchange import TRIES
 from armdrive.dialects.mks.compare import WantedSetting, value_words, wanted_settings
 from armdrive.dialects.mks.contact import series_words
 from armdrive.dialects.mks.drive import MksDrive
-from armdrive.dialects.mks.exchange import MksExchange, MksScript
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, is_done
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     KnownDrive,
@@ -39,14 +39,13 @@ from firmware_protocol.mks import (
     Bitrate,
     Calibrate,
     Code,
-    Done,
     EmergencyStop,
     Enable,
     EncoderRead,
-    Failed,
     Mode,
     MotorState,
     MoveAbsoluteAxis,
+    Outcome,
     ReadEncoder,
     ReadState,
     Request,
@@ -56,6 +55,7 @@ from firmware_protocol.mks import (
     SetZero,
     SilenceWatchdog,
     StateRead,
+    Status,
     needed_for,
 )
 from kinematics.text import counted
@@ -68,7 +68,7 @@ def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None
     """Send a drive an order once; return whether it reports success, None if it is silent."""
     drive = io.drive(node)
     reply = (yield from io.ask({drive: message}, tries=1)).get(drive)
-    return None if reply is None else isinstance(reply, Done)
+    return None if reply is None else is_done(reply)
 
 
 def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
@@ -85,6 +85,9 @@ LOOK_S = 0.1
 """How often a turning drive is read, which also feeds its watchdog."""
 BEGUN_S = 0.5
 """A drive that still stands after this time is not calibrating."""
+_CALIBRATION_ENDS = tuple(
+    Status(Code.CALIBRATE, outcome) for outcome in (Outcome.DONE, Outcome.FAILED)
+)
 _ALREADY = "It reports that it is already calibrated. Calibrate it again?"
 STOPS = 3
 """How often a stop is sent, because frames can be lost."""
@@ -107,10 +110,10 @@ def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
     look_s, end_s = began_s + LOOK_S, began_s + LONGEST_S
     while io.now_s < end_s:
         event = yield min(look_s, end_s)
-        if isinstance(event, Done | Failed) and isinstance(event.request, Calibrate):
-            io.host.settle(drive.node)
-            return isinstance(event, Done)
-        stands = isinstance(event, Answered) and event.answer == StateRead(MotorState.STOPPED)
+        answer = event.answer if isinstance(event, Answered) else None
+        if answer in _CALIBRATION_ENDS:
+            return is_done(answer)
+        stands = answer == StateRead(MotorState.STOPPED)
         if stands and io.now_s > began_s + BEGUN_S:
             end_s = min(end_s, io.now_s + LOOK_S)  # its final report may still follow
         if event is None and io.now_s >= look_s:

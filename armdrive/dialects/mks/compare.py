@@ -9,8 +9,8 @@ import re
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import absent_words
-from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of
-from armdrive.dialects.mks.exchange import MksExchange, Script
+from armdrive.dialects.mks.drive import MksDrive, setting_of
+from armdrive.dialects.mks.exchange import MksExchange, Script, is_done
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, RequestRejected
@@ -20,6 +20,7 @@ from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     SETTING_CODES,
     Ability,
+    Answer,
     Code,
     Mode,
     ReadSetting,
@@ -34,7 +35,6 @@ from firmware_protocol.mks import (
     decode_request,
     encode,
 )
-from firmware_protocol.mks import Done as Taken
 from kinematics.text import counted
 
 _LINE = re.compile(r"\s*([0-9]{1,4})\s*:\s*((?:[0-9A-Fa-f]{2}\s*){2,7})")
@@ -130,7 +130,7 @@ def fix(io: MksExchange, line: str) -> Script:
     reply = (yield from io.ask({drive: setting}, text=line)).get(drive)
     if reply is None:
         return RequestRejected(absent_words((drive,), "id"), moved=False)
-    if not isinstance(reply, Taken):
+    if not is_done(reply):
         return RequestRejected(f"{drive} refused `{line}`", moved=False)
     return Done()
 

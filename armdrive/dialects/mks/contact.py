@@ -15,7 +15,7 @@ from armdrive.dialects.bus.intervals import DriveFinding
 from armdrive.dialects.bus.phases import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import TURNING, MksDrive, obeys_bus, setting_of
-from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
 from armdrive.dialects.mks.observer import Verdict
 from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
@@ -44,7 +44,6 @@ from firmware_protocol.mks import (
     VersionRead,
     abilities_of,
 )
-from firmware_protocol.mks import Done as Taken
 from firmware_protocol.mks import Request as Message
 from kinematics.text import counted
 
@@ -329,7 +328,6 @@ class MksContact:
         io = self._io
         yield from io.require_positions()
         for drive in io.drives:
-            io.host.settle(drive.node)
             drive.stand(io.now_s)
 
     def _adopt_and_relieve(self) -> MksScript[None]:
@@ -397,7 +395,7 @@ class MksContact:
         if not other:
             return True
         found = yield from io.ask(dict.fromkeys(other, timeout), text="WATCHDOG")
-        if not all(isinstance(found.get(drive), Taken) for drive in other):
+        if not all(is_done(found.get(drive)) for drive in other):
             return False
         fits = (None, SettingRead(timeout.code, None), self._watchdog_read)
         for _ in range(TRIES):  # a late answer to the setting looks like its value
@@ -418,7 +416,7 @@ class MksContact:
             why = yield from self._silence_words(missing)
             raise Obstructed(why or io.absence(missing, began_s))
         for drive, reply in found.items():
-            if not isinstance(reply, Taken):
+            if not is_done(reply):
                 why = yield from self._inquiry.mode_words(drive)
                 raise Obstructed(why or f"{drive} refused {text}: {NO_SUCH_ORDER}")
 

@@ -10,7 +10,6 @@ A drive tells its position when it is asked. In addition to what any reading sho
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 from armdrive.dialects.bus.intervals import Bounds, DriveFinding, Reading, covered
 from armdrive.dialects.bus.observer import ObservedDrive
@@ -22,17 +21,13 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
+    Answer,
     Answered,
     Code,
-    Done,
     EnabledRead,
     EncoderRead,
-    Event,
-    Failed,
-    Home,
     HomingRead,
     HomingState,
-    LimitStop,
     MotorState,
     MoveAbsoluteAxis,
     Outcome,
@@ -40,18 +35,11 @@ from firmware_protocol.mks import (
     Setting,
     SettingRead,
     StallRead,
-    Started,
     StateRead,
     Status,
-    Stray,
-    Superseded,
     as_setting,
     slope_of,
 )
-from firmware_protocol.mks import Reading as ReadingMessage
-
-Answer: TypeAlias = ReadingMessage | SettingRead
-"""A drive's answer to a question."""
 
 GIVE = COUNTS_PER_TURN // 32
 """How many counts a loaded shaft may give way while its position loop still holds it."""
@@ -238,30 +226,39 @@ class MksDrive(ObservedDrive):
 
     # -- messages -----------------------------------------------------------------------------
 
-    def note(self, event: Event, now_s: float) -> None:
+    def note(self, event: Answered, now_s: float) -> None:
         """Record what a message from it shows."""
-        match event:
-            case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
+        answer = event.answer
+        if isinstance(answer, Status):
+            self._note_status(answer, now_s)
+            return
+        if event.request is None:  # a late reading, which may be older than the last one
+            if isinstance(answer, EncoderRead):
+                self.ledger.located(now_s)
+            return
+        match answer:
+            case EncoderRead(counts):
+                self.read(counts, now_s)
+            case StateRead(state):
+                self.state = self._believed(state)
+            case StallRead(on=True) | EnabledRead(on=False):
+                self.unfit = True
+            case SettingRead(Code.MODE) if not obeys_bus(setting_of(answer)):
+                self.unfit = True
+            case HomingRead(by_command=homing) if homing is not None:
+                self.homing = homing
+
+    def _note_status(self, status: Status, now_s: float) -> None:
+        match status.code, status.outcome:
+            case _, Outcome.STARTED:
                 self.confirmed_s = now_s
                 self.rejected_s = math.inf
-            case Failed(_, MoveAbsoluteAxis()) | Superseded():
+            case Code.ABSOLUTE_AXIS, Outcome.FAILED:
                 if now_s > self.confirmed_s + START_WINDOW_S:
                     self.rejected_s = min(self.rejected_s, now_s + START_WINDOW_S)
-            case LimitStop():
+            case _, Outcome.LIMIT_STOP:
                 self.at_limit = True
-            case Answered(_, _, EncoderRead(counts)):
-                self.read(counts, now_s)
-            case Stray(_, EncoderRead()):
-                self.ledger.located(now_s)
-            case Answered(_, _, StateRead(state)):
-                self.state = self._believed(state)
-            case Answered(_, _, StallRead(on=True) | EnabledRead(on=False)):
-                self.unfit = True
-            case Answered(_, _, SettingRead(Code.MODE) as mode) if not obeys_bus(setting_of(mode)):
-                self.unfit = True
-            case Answered(_, _, HomingRead(by_command=homing)) if homing is not None:
-                self.homing = homing
-            case Done(_, Home()):
+            case Code.HOME, Outcome.DONE:
                 self.homing, self.state = HomingState.DONE, MotorState.STOPPED
 
     def _believed(self, state: MotorState) -> MotorState:

@@ -6,58 +6,96 @@ that is safe to repeat is sent again if its reply is missing, since frames can b
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, absence
+from armdrive.dialects.bus.drives import ALL_SILENT, SURPLUS_LIMIT, absence
 from armdrive.dialects.bus.questions import LAST_TRY_S
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.dialects.exchange import Script as ExchangeScript
-from armdrive.dialects.mks.drive import Answer, MksDrive, setting_of
+from armdrive.dialects.mks.drive import MksDrive, setting_of
 from armdrive.dialects.mks.observer import Observer
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.surplus import LateReplies, SurplusAnswers
 from armdrive.dialects.words import plain
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
 from firmware_protocol.mks import (
     LATEST,
-    MOTION_CODES,
     Ability,
+    Answer,
     Answered,
     ArmSynchronous,
     Code,
-    Done,
     EncoderRead,
     Event,
-    Failed,
-    Foreign,
     Host,
-    LimitStop,
     Motion,
     MoveAbsoluteAxis,
     Outcome,
-    Overrun,
     Read,
     ReadEncoder,
     Reading,
     ReadSetting,
     Setting,
-    Started,
     Status,
     Stop,
-    StoredForStart,
-    Stray,
     UnreadableFrame,
     abilities_of,
 )
 from firmware_protocol.mks import Request as Message
-from firmware_protocol.mks.requests import answer_code
 from kinematics.spaces import Motors
 
 T = TypeVar("T")
 MksScript: TypeAlias = ExchangeScript[Event, T]
 """A script that asks MKS drives, with its result."""
 Script: TypeAlias = MksScript[Reply]
+
+
+MOST_OWED = 16
+"""Replies that a drive may still owe: more than that many were lost, and will not come."""
+
+
+class SurplusAnswers:
+    """Counts by which number each drive's replies exceed the questions, by drive and code.
+
+    A reply names its sender and the kind of its question, not the question. The questions are
+    counted for as long as replies come, so late ones are no surplus: those are of a second drive
+    with the same id. Every drive is shipped with id 1.
+    """
+
+    def __init__(self) -> None:
+        self._surplus: Counter[tuple[int, int]] = Counter()
+
+    def asked(self, node: int, code: int) -> None:
+        """Record a question that has one reply."""
+        self._surplus[node, code] = max(self._surplus[node, code] - 1, -MOST_OWED)
+
+    def answered(self, node: int, code: int) -> None:
+        """Record a reply, expected or not."""
+        self._surplus[node, code] += 1
+
+    def exceeds(self, node: int, code: int) -> bool:
+        """Return whether there were more replies than questions."""
+        return self._surplus[node, code] > 0
+
+    def clear(self) -> None:
+        """Start counting from zero."""
+        self._surplus.clear()
+
+    @property
+    def shared(self) -> tuple[int, ...]:
+        """The ids that more than one drive has replied to."""
+        over = {node for (node, _), more in self._surplus.items() if more >= SURPLUS_LIMIT}
+        return tuple(sorted(over))
+
+    def owed_by(self, node: int, code: int) -> int:
+        """Return how many questions to a drive were not answered."""
+        return max(-self._surplus[node, code], 0)
+
+    @property
+    def owed(self) -> bool:
+        """Whether a question is still open."""
+        return any(more < 0 for more in self._surplus.values())
 
 
 class MksExchange(ScriptIO[Event]):
@@ -76,7 +114,6 @@ class MksExchange(ScriptIO[Event]):
         self.surplus = SurplusAnswers()
         self.garbled = 0
         """How many replies were unreadable."""
-        self._late = LateReplies()
 
     @property
     def drives(self) -> tuple[MksDrive, ...]:
@@ -102,18 +139,7 @@ class MksExchange(ScriptIO[Event]):
     # -- sending ------------------------------------------------------------------------------
 
     def put(self, drive: MksDrive, message: Message, text: str = "") -> None:
-        """Send a request to a drive, and give up earlier ones whose reply would look the same.
-
-        Motions may follow each other unanswered, so of these only an identical one is given up. A
-        new target also gives up earlier targets, which will not be answered any more.
-        """
-        for earlier in self.host.unanswered(drive.node):
-            alike = answer_code(earlier) == answer_code(message) and not isinstance(message, Motion)
-            replaced = isinstance(earlier, MoveAbsoluteAxis) and isinstance(
-                message, MoveAbsoluteAxis
-            )
-            if earlier == message or alike or replaced:
-                self._give_up(drive, earlier)
+        """Send a request to a drive; an earlier one with the same code is no longer awaited."""
         self.write(self.host.send(drive.node, message), text)
         if drive.ledger.answers_orders or not isinstance(message, Motion):
             owes = isinstance(message, ReadEncoder | MoveAbsoluteAxis | Stop)
@@ -137,16 +163,8 @@ class MksExchange(ScriptIO[Event]):
     def give_up(self) -> None:
         """Give up all open requests."""
         for drive in self.drives:
-            for request in self.host.unanswered(drive.node):
-                self._give_up(drive, request)
             self.host.forget(drive.node)
         self.host.silence()
-
-    def _give_up(self, drive: MksDrive, request: Message) -> None:
-        """Give up one request: its reply will count as late."""
-        self.host.forget(drive.node, request)
-        if not isinstance(request, Motion):
-            self._late.give_up(drive.node, answer_code(request), self.now_s)
 
     # -- asking -------------------------------------------------------------------------------
 
@@ -157,13 +175,13 @@ class MksExchange(ScriptIO[Event]):
         tries: int = TRIES,
         text: str = "",
         patient: bool = True,
-    ) -> MksScript[dict[MksDrive, Event]]:
+    ) -> MksScript[dict[MksDrive, Answer]]:
         """Send each drive its request; return the replies that came.
 
         A drive that does not reply is asked again at once. With `patient` the last of several tries
         waits longer.
         """
-        found: dict[MksDrive, Event] = {}
+        found: dict[MksDrive, Answer] = {}
         for left in range(tries, 0, -1):
             missing = {drive: each for drive, each in messages.items() if drive not in found}
             if not missing:
@@ -172,15 +190,12 @@ class MksExchange(ScriptIO[Event]):
                 self.put(drive, message, text)
             patient_s = LAST_TRY_S if patient and left == 1 < tries else 0.0
             yield from self._collect(missing, found, patient_s)
-            for drive, message in missing.items():
-                if drive not in found and message in self.host.unanswered(drive.node):
-                    self._give_up(drive, message)
         return found
 
     def _collect(
         self,
         wanted: Mapping[MksDrive, Message],
-        found: dict[MksDrive, Event],
+        found: dict[MksDrive, Answer],
         patient_s: float,
     ) -> Generator[float, Event | None, None]:
         until_s = self.now_s + self.settings.answer_s + patient_s
@@ -191,11 +206,10 @@ class MksExchange(ScriptIO[Event]):
                 if self.now_s >= until_s:
                     return
                 continue
-            drive = self._sender(event)
-            answers = isinstance(event, Answered | Done | Failed | Started | StoredForStart)
-            if answers and drive in left and event.request == wanted[drive]:  # type: ignore[union-attr]
+            drive = self.observer.find(event.node) if isinstance(event, Answered) else None
+            if isinstance(event, Answered) and drive in left and event.request == wanted[drive]:
                 self.note(event)
-                found[drive] = event
+                found[drive] = event.answer
                 left.discard(drive)
             else:
                 self.unsolicited(event)
@@ -210,8 +224,7 @@ class MksExchange(ScriptIO[Event]):
     ) -> MksScript[dict[MksDrive, Answer]]:
         """Ask some drives, or all, the same question; return the answers that came."""
         asked = dict.fromkeys(self.drives if drives is None else drives, message)
-        found = yield from self.ask(asked, tries=tries, patient=patient)
-        return {drive: each.answer for drive, each in found.items() if isinstance(each, Answered)}
+        return (yield from self.ask(asked, tries=tries, patient=patient))
 
     def reading(
         self, drive: MksDrive, message: Read | ReadSetting, *, tries: int = TRIES
@@ -239,54 +252,50 @@ class MksExchange(ScriptIO[Event]):
 
     # -- receiving ----------------------------------------------------------------------------
 
-    def _sender(self, event: Event) -> MksDrive | None:
-        """Return the drive that a message is from; None if it is from none of this arm."""
-        return self.observer.find(getattr(event, "node", None))
-
-    def note(self, event: Event) -> None:
+    def note(self, event: Answered) -> None:
         """Record what a message shows, expected or not."""
-        drive = self._sender(event)
+        drive = self.observer.find(event.node)
         if drive is None:
             return
-        self._note_reply(drive, event)
-        drive.note(event, self.now_s)
-        match event:
-            case StoredForStart(_, MoveAbsoluteAxis() as order) if drive.moving:
-                self.put(drive, ArmSynchronous(on=False))  # another program has armed it
-                if drive.last_order is not None:
-                    self.put(drive, order)
-
-    def _note_reply(self, drive: MksDrive, event: Event) -> None:
-        """Record that a message came, and which open question or order it can be the reply to."""
-        if isinstance(event, Answered | Stray) and isinstance(event.answer, Reading):
+        if isinstance(event.answer, Reading):
             self.surplus.answered(event.node, event.answer.code)
-        drive.frame_s = self.now_s
-        ledger, asked = drive.ledger, not isinstance(event, Done | Failed | LimitStop)
-        settles = _settles(event, answers_orders=ledger.answers_orders)
-        self.observer.replied(drive, self.now_s, settles=settles, asked=asked)
-        ledger.answers_orders = ledger.answers_orders or isinstance(event, Started)
+        self._note_reply(drive, event.answer)
+        drive.note(event, self.now_s)
+        if event.answer == Status(Code.ABSOLUTE_AXIS, Outcome.STORED) and drive.moving:
+            self.put(drive, ArmSynchronous(on=False))  # another program has armed it
+            if drive.last_order is not None:
+                self.put(drive, drive.last_order)
 
     def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for, and warn if it is odd."""
+        if not isinstance(event, Answered):
+            self.garbled += isinstance(event, UnreadableFrame)
+            self.notify(ProtocolWarning(plain(event)))
+            return
         self.note(event)
-        self.garbled += isinstance(event, UnreadableFrame)
-        match event:
-            case Stray(node, answer) if self._late.takes(node, answer.code, self.now_s):
-                pass
-            case Failed(_, MoveAbsoluteAxis()):
-                pass  # for this order or the one it replaced: see `drive.Rejections`
-            case Stray(node, answer) if not isinstance(answer, Status):
-                self.notify(
-                    ProtocolWarning(f"drive {node} answered twice, or late: {plain(answer)}")
-                )
-            case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
-                self.notify(ProtocolWarning(plain(event)))
-            case UnreadableFrame() | Foreign() | Overrun() | Failed():
-                self.notify(ProtocolWarning(plain(event)))
-            case LimitStop(node) if not self.drive(node).moving:
-                self.notify(ProtocolWarning(plain(event)))
-            case _:
-                pass  # ends of motions and late replies: the position says more
+        node, answer = event.node, event.answer
+        if isinstance(answer, Reading) and self.surplus.exceeds(node, answer.code):
+            self.notify(ProtocolWarning(f"drive {node} answered twice, or late: {plain(answer)}"))
+        if isinstance(answer, Status) and self._is_odd(node, answer):
+            self.notify(ProtocolWarning(f"drive {node}: {plain(answer)}"))
+
+    def _is_odd(self, node: int, status: Status) -> bool:
+        """Return whether a report that no script waits for may tell a person something."""
+        if status.outcome is Outcome.LIMIT_STOP:
+            return not self.drive(node).moving
+        # F5 also fails if a newer order replaces it: see `MksDrive.rejected_s`
+        return status.outcome is Outcome.FAILED and status.code is not Code.ABSOLUTE_AXIS
+
+    def _note_reply(self, drive: MksDrive, answer: Answer) -> None:
+        """Record that a reply came, and whether it is one of those that the drive owes."""
+        status, ledger = isinstance(answer, Status), drive.ledger
+        begun = isinstance(answer, Status) and answer.outcome in (Outcome.STARTED, Outcome.STORED)
+        settles = isinstance(answer, EncoderRead) or (
+            begun and answer.code is Code.ABSOLUTE_AXIS and ledger.answers_orders
+        )
+        drive.frame_s = self.now_s
+        self.observer.replied(drive, self.now_s, settles=settles, asked=begun or not status)
+        ledger.answers_orders = ledger.answers_orders or begun
 
     # -- replies ------------------------------------------------------------------------------
 
@@ -303,13 +312,6 @@ class MksExchange(ScriptIO[Event]):
         return ability in self.able
 
 
-def _settles(event: Event, *, answers_orders: bool) -> bool:
-    """Return whether a message is the one reply to a question or an order."""
-    match event:
-        case Answered(_, _, EncoderRead()) | Stray(_, EncoderRead()):
-            return True
-        case Started(_, MoveAbsoluteAxis() | Stop()) | StoredForStart(_, MoveAbsoluteAxis()):
-            return answers_orders
-        case Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
-            return answers_orders
-    return False
+def is_done(answer: Answer | None) -> bool:
+    """Return whether a drive has answered that it did what it was asked to."""
+    return isinstance(answer, Status) and answer.outcome is Outcome.DONE

@@ -26,7 +26,7 @@ from armdrive.dialects.bus.phases import (
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.dialects.mks.contact import OWN_ID, MksInquiry, stall_words
 from armdrive.dialects.mks.drive import MksDrive, setting_of
-from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, RequestRejected
@@ -34,20 +34,20 @@ from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
     Ability,
+    Answer,
     Code,
-    Event,
-    Failed,
     Home,
     HomingState,
     MotorState,
+    Outcome,
     ReadEncoder,
     ReadHoming,
     ReadSetting,
     ReadState,
     SetHoming,
+    Status,
     slope_of,
 )
-from firmware_protocol.mks import Done as Ended
 from kinematics.text import counted
 
 HOMING_SLOPE = slope_of(1)
@@ -143,7 +143,6 @@ class MksHoming:
         """
         io = self._io
         for drive in drives:
-            io.host.settle(drive.node)
             drive.moving = False
         began_s = io.now_s
         if missing := (yield from io.look(drives)):
@@ -171,15 +170,16 @@ class Searching:
     """The homing stage: drives search for their switches. `answers` are those to `Home`."""
 
     def __init__(
-        self, io: MksExchange, search: HomingSearch[MksDrive], answers: Mapping[MksDrive, Event]
+        self, io: MksExchange, search: HomingSearch[MksDrive], answers: Mapping[MksDrive, Answer]
     ) -> None:
         self._io, self._search = io, search
         self._due_s = io.now_s
         for drive in tuple(search.left):
             drive.moving, drive.homing = True, None
-            if isinstance(answers.get(drive), Failed):
+            answer = answers.get(drive)
+            if answer == Status(Code.HOME, Outcome.FAILED):
                 search.wrong = search.wrong or f"{drive} refused to home"
-            elif isinstance(answers.get(drive), Ended):
+            elif is_done(answer):
                 search.note(drive, HomingStatus.FOUND)
 
     def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002

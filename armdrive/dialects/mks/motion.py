@@ -419,7 +419,6 @@ class Arriving:
 
     def _stands(self, drive: MksDrive, now_s: float) -> None:
         if drive.is_near:
-            self._io.host.settle(drive.node)
             drive.rest_at(drive.goal, now_s)
             return
         looks = self._short[drive] = self._short.get(drive, 0) + 1

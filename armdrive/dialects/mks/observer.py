@@ -24,8 +24,8 @@ than `answer_s` (0.05 by default), and the adapter adds little. On a slow link i
 SILENT_POLLS = 10
 """If all drives are silent, they get this many polls: then the computer is usually late."""
 LATE_READINGS = 15
-"""If every drive has sent this many late readings in a row, all replies of this bus are late. An
-outage makes the replies of at most `SILENT_POLLS` polls late; those that follow are prompt."""
+"""If a drive has sent this many late readings in a row, and no drive a prompt one last, all replies
+of this bus are late. An outage makes those to at most `SILENT_POLLS` polls late, no later ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,8 @@ class Observer:
         """Return the verdict on drives that leave polls unanswered, or reply late; or None."""
         drive = max(self.drives, key=lambda each: each.ledger.unanswered_polls)
         others = self.replied_s > drive.ledger.open_s
-        if min(each.late_readings for each in self.drives) >= LATE_READINGS:
+        late = [each.late_readings for each in self.drives]
+        if min(late) and max(late) >= LATE_READINGS:
             finding = DriveFinding.LATE
         elif drive.ledger.unanswered_polls <= (MUTE_POLLS if others else SILENT_POLLS):
             return None

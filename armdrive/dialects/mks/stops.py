@@ -121,7 +121,6 @@ class MksBraking(Braking[MksDrive]):
     def settle(self, drive: MksDrive, now_s: float) -> None:
         """Record that a drive stands, and report one that stands off its path."""
         super().settle(drive, now_s)
-        self._io.host.settle(drive.node)
         if self._judged and drive.course.max_speed:  # a homing drive has no path
             if drive.finding is DriveFinding.RESTARTED:
                 self._io.notify(Alert(AlertKind.RESTARTED, restarted_words(drive)))

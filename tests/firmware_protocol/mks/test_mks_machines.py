@@ -1,5 +1,6 @@
 """MKS machines: the host's, the device's, and the two back to back."""
 
+import contextlib
 from collections.abc import Iterable
 
 import pytest
@@ -8,12 +9,9 @@ from cases_mks import (
     ACTIONS,
     ANSWER_RECORDS,
     BY,
-    DONE,
     DRIVES,
-    FAILED,
     HALT,
     HERE,
-    LIMIT,
     MOTIONS,
     MOVES,
     ONE,
@@ -21,14 +19,9 @@ from cases_mks import (
     READS,
     REPORTS,
     REQUEST_RECORDS,
-    REQUESTS,
     SETTINGS,
     STARTED,
-    STORED,
-    THREE,
-    TWO,
     asked,
-    outcome,
     readings_for,
     said,
 )
@@ -39,6 +32,8 @@ from hypothesis import strategies as st
 from firmware_protocol import mks
 from firmware_protocol.errors import BadField, LocalProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
+
+OTHERS = (mks.Home(), mks.Calibrate(), mks.Enable(True), mks.SetMode(mks.Mode.BUS_FOC))
 
 # -- The host --------------------------------------------------------------------------------------
 
@@ -52,41 +47,35 @@ def test_an_answer_belongs_to_the_request_of_its_drive_and_code():
         assert events(
             host, said(node, mks.StateRead(mks.MotorState.STOPPED), mks.EncoderRead(node))
         ) == [
-            mks.Answered(node, mks.ReadState(), mks.StateRead(mks.MotorState.STOPPED)),
-            mks.Answered(node, mks.ReadEncoder(), mks.EncoderRead(node)),
+            mks.Answered(node, mks.StateRead(mks.MotorState.STOPPED), mks.ReadState()),
+            mks.Answered(node, mks.EncoderRead(node), mks.ReadEncoder()),
         ]
         assert host.unanswered(node) == ()
 
 
-@pytest.mark.parametrize(
-    "request_", [mks.Enable(True), mks.SetMode(mks.Mode.BUS_FOC), mks.SilenceWatchdog(500)]
-)
-def test_a_setting_is_done_or_failed(request_):
-    for what, kind in ((mks.Outcome.DONE, mks.Done), (mks.Outcome.FAILED, mks.Failed)):
-        host = asked(request_)
-        assert events(host, said(1, mks.Status(request_.code, what))) == [kind(1, request_)]
-        assert host.unanswered(1) == ()
+@every_row("code", sorted(mks.COURSE_CODES | {mks.Code.ENABLE, mks.Code.MODE}))
+def test_the_first_answer_closes_a_request_and_later_ones_belong_to_none(code):
+    request = {each.code: each for each in (ONE, BY, *OTHERS)}.get(code)
+    if request is None:
+        request = mks.Stop(code, 0)
+    for what in mks.Outcome:
+        with contextlib.suppress(BadField):
+            report, host = mks.Status(code, what), asked(request)
+            assert events(host, said(1, report, report)) == [
+                mks.Answered(1, report, request),
+                mks.Answered(1, report),
+            ]
+            assert host.unanswered(1) == ()
 
 
-def test_nothing_is_asked_twice_before_it_is_answered():
-    host = asked(mks.ReadEncoder())
-    with pytest.raises(LocalProtocolError, match="ReadEncoder to drive 1 is unanswered: wait"):
-        host.send(1, mks.ReadEncoder())
-    host.send(2, mks.ReadEncoder())
-    host.forget(1, mks.ReadEncoder())
-    host.send(1, mks.ReadEncoder())
-
-
-def test_a_setting_is_not_read_while_it_is_set():
-    host = asked(mks.SetMode(mks.Mode.BUS_FOC))
-    with pytest.raises(LocalProtocolError, match="SetMode to drive 1 is unanswered"):
-        host.send(1, mks.ReadSetting(mks.Code.MODE))
-    assert events(host, said(1, mks.Status(mks.Code.MODE, mks.Outcome.DONE))) == [
-        mks.Done(1, mks.SetMode(mks.Mode.BUS_FOC))
-    ]
-    host.send(1, mks.ReadSetting(mks.Code.MODE))
+def test_a_newer_request_with_the_same_code_replaces_an_older_one():
+    host = asked(ONE, HALT, mks.SetMode(mks.Mode.BUS_FOC), mks.ReadSetting(mks.Code.MODE))
+    assert host.unanswered(1) == (HALT, mks.ReadSetting(mks.Code.MODE))
     told = mks.SettingRead(mks.Code.MODE, b"\5")
-    assert events(host, said(1, told)) == [mks.Answered(1, mks.ReadSetting(mks.Code.MODE), told)]
+    assert events(host, said(1, told, STARTED)) == [
+        mks.Answered(1, told, mks.ReadSetting(mks.Code.MODE)),
+        mks.Answered(1, STARTED, HALT),
+    ]
 
 
 def test_an_id_is_one_of_a_drive():
@@ -104,41 +93,34 @@ def test_an_id_is_one_of_a_drive():
 def test_a_new_id_is_answered_by_the_old_one_or_the_new(by):
     host = asked(mks.SetId(9))
     assert events(host, said(by, mks.Status(mks.Code.NODE, mks.Outcome.DONE))) == [
-        mks.Done(1, mks.SetId(9))
+        mks.Answered(1, mks.Status(mks.Code.NODE, mks.Outcome.DONE), mks.SetId(9))
     ]
     assert 9 in host.nodes
     assert host.unanswered(1) == ()
 
 
-def test_what_nobody_asked_for_is_a_stray():
-    assert events(mks.Host(DRIVES), said(1, HERE)) == [mks.Stray(1, HERE)]
-    stalled = mks.StallRead(True)
-    assert events(asked(mks.ReadStall()), said(1, stalled)) == [
-        mks.Answered(1, mks.ReadStall(), stalled)
+def test_what_nobody_asked_for_belongs_to_no_request():
+    assert events(mks.Host(DRIVES), said(1, HERE)) == [mks.Answered(1, HERE)]
+    assert events(asked(mks.ReadEncoder()), said(1, HERE, HERE)) == [
+        mks.Answered(1, HERE, mks.ReadEncoder()),
+        mks.Answered(1, HERE),  # a second drive of this id
     ]
 
 
-def test_a_second_drive_of_an_id_is_a_stray():
-    host = asked(mks.ReadEncoder())
-    assert events(host, said(1, HERE, HERE)) == [
-        mks.Answered(1, mks.ReadEncoder(), HERE),
-        mks.Stray(1, HERE),
-    ]
-
-
-def test_the_late_answer_to_a_forgotten_request_is_a_stray():
+def test_a_late_answer_to_a_forgotten_request_belongs_to_none():
     host = asked(mks.ReadEncoder(), ONE)
-    host.forget(1, mks.ReadEncoder())
-    host.forget(1, ONE)
-    host.forget(1, BY)
-    assert events(host, said(1, HERE, STARTED)) == [mks.Stray(1, HERE), mks.Stray(1, STARTED)]
+    host.forget(1)
+    assert events(host, said(1, HERE, STARTED)) == [
+        mks.Answered(1, HERE),
+        mks.Answered(1, STARTED),
+    ]
 
 
 def test_what_came_before_a_request_does_not_answer_it():
     host = mks.Host(DRIVES)
     host.receive_data(said(1, HERE))
     host.send(1, mks.ReadEncoder())
-    assert events(host) == [mks.Stray(1, HERE)]
+    assert events(host) == [mks.Answered(1, HERE)]
     assert host.unanswered(1) == (mks.ReadEncoder(),)
 
 
@@ -154,7 +136,7 @@ def test_a_bad_check_byte_is_garbled_and_answers_nothing():
     bad = Frame(1, good.data[:-1] + b"\0")
     assert events(host, pack(bad) + pack(good)) == [
         mks.UnreadableFrame(bad, "the check byte should be ad"),
-        mks.Answered(1, mks.ReadEncoder(), HERE),
+        mks.Answered(1, HERE, mks.ReadEncoder()),
     ]
 
 
@@ -165,7 +147,7 @@ def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
     lost, *kept = events(host)
     assert lost == mks.Overrun(10)
     assert len(kept) == mks.EVENTS_MAX
-    assert kept[-1] == mks.Stray(1, mks.EncoderRead(mks.EVENTS_MAX + 9))
+    assert kept[-1] == mks.Answered(1, mks.EncoderRead(mks.EVENTS_MAX + 9))
 
 
 # -- The device ------------------------------------------------------------------------------------
@@ -373,7 +355,7 @@ def test_every_read_is_answered_by_its_drive(script, data):
         assert bus.put(node, read) == {node: [mks.Asked(read)]}
         reading = data.draw(readings_for(read))
         answer = bus.drives[node].answer(mks.Asked(read), reading)
-        assert bus.say(node, answer) == [mks.Answered(node, read, reading)]
+        assert bus.say(node, answer) == [mks.Answered(node, reading, read)]
 
 
 TOLD = (ACTIONS | SETTINGS | REPORTS).filter(
@@ -385,10 +367,11 @@ TOLD = (ACTIONS | SETTINGS | REPORTS).filter(
 def test_every_setting_and_action_is_done_or_failed(script):
     bus = Bus()
     for node, request, works in script:
-        outcome, kind = (mks.Outcome.DONE, mks.Done) if works else (mks.Outcome.FAILED, mks.Failed)
+        outcome = mks.Outcome.DONE if works else mks.Outcome.FAILED
         assert bus.put(node, request) == {node: [mks.Asked(request)]}
         told = bus.drives[node].tell(mks.Asked(request), outcome)
-        assert bus.say(node, told) == [kind(node, request)]
+        (event,) = bus.say(node, told)
+        assert (event.request, event.answer.outcome) == (request, outcome)
 
 
 @given(st.lists(MOVES, min_size=6, max_size=6))
@@ -400,28 +383,12 @@ def test_six_motions_are_stored_and_start_together(moves):
     for node, move in zip(DRIVES, moves, strict=True):
         assert bus.put(node, move) == {node: [mks.Asked(move)]}
         stored = bus.drives[node].tell(mks.Asked(move), mks.Outcome.STORED)
-        assert bus.say(node, stored) == [mks.StoredForStart(node, move)]
+        assert bus.say(node, stored) == [
+            mks.Answered(node, mks.Status(move.code, mks.Outcome.STORED), move)
+        ]
     assert bus.put(mks.BROADCAST, mks.GoSynchronous()) == {
         node: [mks.Asked(mks.GoSynchronous(), alone=False)] for node in DRIVES
     }
-
-
-@given(ONE_OF_NODES, MOVES)
-def test_without_completions_a_motion_is_over_when_its_owner_says_so(node, move):
-    bus = Bus()
-    bus.put(node, mks.SetReplies(mks.ReplyMode.IMMEDIATE))
-    told = bus.drives[node].tell(
-        mks.Asked(mks.SetReplies(mks.ReplyMode.IMMEDIATE)), mks.Outcome.DONE
-    )
-    assert bus.say(node, told) == [mks.Done(node, mks.SetReplies(mks.ReplyMode.IMMEDIATE))]
-    bus.drives[node] = mks.Device(node, replies=mks.ReplyMode.IMMEDIATE)
-    bus.put(node, move)
-    started = bus.drives[node].tell(mks.Asked(move), mks.Outcome.STARTED)
-    assert bus.say(node, started) == [mks.Started(node, move)]
-    assert bus.drives[node].tell(mks.Asked(move), mks.Outcome.DONE) is None
-    bus.host.settle(node)
-    done = mks.Status(move.code, mks.Outcome.DONE)
-    assert bus.say(node, mks.encode(node, done)) == [mks.Stray(node, done)]
 
 
 @given(st.booleans())
@@ -429,7 +396,8 @@ def test_a_drive_as_shipped_gets_an_id_of_its_own(new_id_answers):
     host, drive = mks.Host([1]), mks.Device(new_id_answers=new_id_answers)
     assert heard_by(drive, host.send(1, mks.SetId(4))) == [mks.Asked(mks.SetId(4))]
     told = drive.tell(mks.Asked(mks.SetId(4)), mks.Outcome.DONE)
-    assert events(host, pack(told)) == [mks.Done(1, mks.SetId(4))]
+    (event,) = events(host, pack(told))
+    assert event.request == mks.SetId(4)
     drive = mks.Device(4)
     assert heard_by(drive, host.send(4, mks.ReadEncoder())) == [mks.Asked(mks.ReadEncoder())]
 
@@ -467,7 +435,7 @@ def test_after_any_mess_a_read_is_answered_once_a_silence_follows(messes, node, 
     reading = data.draw(readings_for(read))
     assert heard_by(drive, host.send(node, read)) == [mks.Asked(read)]
     assert events(host, pack(drive.answer(mks.Asked(read), reading))) == [
-        mks.Answered(node, read, reading)
+        mks.Answered(node, reading, read)
     ]
 
 
@@ -479,112 +447,3 @@ def test_a_well_checked_frame_of_anything_is_heard_by_whom_it_is_for(can_id, dat
     found = heard_by(mks.Device(1), record)
     assert len(found) == (can_id in (0, 1))
     assert all(isinstance(event, mks.Asked | mks.UnreadableFrame) for event in found)
-
-
-# -- Courses ---------------------------------------------------------------------------------------
-
-
-def test_a_stop_is_never_refused():
-    host = asked(*[mks.EmergencyStop()] * 3, *[HALT] * 20)
-    assert host.unanswered(1)[0] == mks.EmergencyStop()
-    assert len(host.unanswered(1)) == 1 + 8
-    stopped = mks.Status(mks.Code.EMERGENCY_STOP, mks.Outcome.DONE)
-    assert events(host, said(1, stopped)) == [mks.Done(1, mks.EmergencyStop())]
-
-
-def test_a_motion_starts_and_ends():
-    host = asked(ONE)
-    assert events(host, said(1, STARTED)) == [mks.Started(1, ONE)]
-    assert host.unanswered(1) == ()
-    assert events(host, said(1, DONE)) == [mks.Done(1, ONE)]
-    assert events(host, said(1, DONE)) == [mks.Stray(1, DONE)]
-
-
-COURSE = (mks.Outcome.STARTED, mks.Outcome.FAILED, mks.Outcome.DONE)
-
-
-@every_row(
-    "sent, replies, heard",
-    [
-        ([ONE], [FAILED], [mks.Failed(1, ONE)]),
-        ([ONE], [STARTED, LIMIT], [mks.Started(1, ONE), mks.LimitStop(1, ONE)]),
-        ([ONE], [STARTED, FAILED], [mks.Started(1, ONE), mks.Failed(1, ONE)]),
-        ([ONE], [DONE], [mks.Done(1, ONE)]),  # its STARTED was lost
-        ([ONE], [STARTED, STARTED], [mks.Started(1, ONE), mks.Stray(1, STARTED)]),
-        ([], [STARTED], [mks.Stray(1, STARTED)]),
-        ([], [STORED], [mks.Stray(1, STORED)]),
-        ([], [FAILED], [mks.Stray(1, FAILED)]),
-        (
-            [ONE, TWO],
-            [STARTED, STARTED, DONE],
-            [mks.Started(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO)],
-        ),
-        # the old one's failure, before and after the new one's start
-        (
-            [ONE, TWO],
-            [STARTED, FAILED, STARTED, DONE],
-            [mks.Started(1, ONE), mks.Superseded(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO)],
-        ),
-        (
-            [ONE, TWO],
-            [STARTED, STARTED, FAILED, DONE],
-            [mks.Started(1, ONE), mks.Started(1, TWO), mks.Superseded(1, ONE), mks.Done(1, TWO)],
-        ),
-        (
-            [ONE, HALT],
-            [STARTED, STARTED, FAILED, DONE],
-            [mks.Started(1, ONE), mks.Started(1, HALT), mks.Superseded(1, ONE), mks.Done(1, HALT)],
-        ),
-        # what is over is not superseded by what is refused next
-        (
-            [ONE, TWO, THREE],
-            [STARTED, STARTED, DONE, FAILED],
-            [mks.Started(1, ONE), mks.Started(1, TWO), mks.Done(1, TWO), mks.Failed(1, THREE)],
-        ),
-        # another motion than F5 is refused, and supersedes nothing
-        (
-            [BY, BY],
-            [outcome(each, BY.code) for each in COURSE],
-            [mks.Started(1, BY), mks.Failed(1, BY), mks.Done(1, BY)],
-        ),
-        (
-            [mks.Home()],
-            [outcome(each, mks.Code.HOME) for each in (mks.Outcome.STARTED, mks.Outcome.DONE)],
-            [mks.Started(1, mks.Home()), mks.Done(1, mks.Home())],
-        ),
-        ([ONE], [STORED, STORED], [mks.StoredForStart(1, ONE), mks.Stray(1, STORED)]),
-    ],
-)
-def test_replies_belong_to_motions_in_their_order(sent, replies, heard):
-    assert events(asked(*sent), said(1, *replies)) == heard
-
-
-def test_what_is_known_to_be_over_is_not_superseded():
-    host = asked(ONE)
-    events(host, said(1, STARTED))
-    host.settle(1)
-    host.send(1, TWO)
-    assert events(host, said(1, FAILED)) == [mks.Failed(1, TWO)]
-
-
-@given(st.lists(st.one_of(MOTIONS, REQUESTS), max_size=8), st.data())
-def test_lost_doubled_and_reordered_replies_never_raise(requests, data):
-    host = mks.Host(DRIVES)
-    frames = []
-    for request in requests:
-        try:
-            host.send(1, request)
-        except LocalProtocolError:
-            continue
-        for what in mks.Outcome:
-            try:
-                frames.append(said(1, mks.Status(request.code, what)))
-            except LocalProtocolError:
-                continue
-    if frames:
-        for frame in data.draw(st.lists(st.sampled_from(frames), max_size=20)):
-            (event,) = events(host, frame)
-            assert not isinstance(event, mks.Foreign)
-    host.settle(1)
-    host.forget(1)
-    assert host.unanswered(1) == ()

@@ -22,7 +22,6 @@ from mks_bench import (
     total,
 )
 
-from armdrive.dialects.mks.surplus import LATE_REPLY_MAX_S, LateReplies
 from armdrive.tasks import Done, MoveBy, ProtocolWarning, ReadPosition, Registers, SwitchOn
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
@@ -204,17 +203,6 @@ WAY = (3000, -1500, 700, 0, 300, 20)
 
 def oddities(bench):
     return [event.text for event in bench.heard if isinstance(event, ProtocolWarning)]
-
-
-def test_each_abandoned_question_explains_one_late_answer_for_a_bounded_time():
-    owed = LateReplies()
-    owed.give_up(2, 0x31, 1.0)
-    assert not owed.takes(3, 0x31, 1.1)
-    assert not owed.takes(2, 0xF1, 1.1)
-    assert owed.takes(2, 0x31, 1.1)
-    assert not owed.takes(2, 0x31, 1.1)
-    owed.give_up(2, 0x31, 1.0)
-    assert not owed.takes(2, 0x31, 1.1 + LATE_REPLY_MAX_S)
 
 
 @pytest.mark.parametrize("settings", [{}, BURSTS])

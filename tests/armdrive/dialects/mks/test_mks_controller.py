@@ -45,6 +45,7 @@ from armdrive.tasks import (
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
+    Answered,
     Calibrate,
     Code,
     Enable,
@@ -52,13 +53,13 @@ from firmware_protocol.mks import (
     HomingState,
     Mode,
     MoveAbsoluteAxis,
+    Outcome,
     ReadStall,
     RunAtSpeed,
     SetStallProtection,
     SilenceWatchdog,
-    Started,
+    Status,
     Stop,
-    Superseded,
     decode_request,
     encode,
     slope_of,
@@ -631,8 +632,10 @@ def test_a_started_report_may_be_lost(lost):
 
 
 def test_a_failed_report_is_a_rejection_unless_an_order_starts_next_to_it():
-    drive, failed = MksDrive(1, "base", MksSettings()), Superseded(1, MoveAbsoluteAxis(1, 1, 1))
-    started = Started(1, MoveAbsoluteAxis(1, 1, 1))
+    drive = MksDrive(1, "base", MksSettings())
+    failed, started = (
+        Answered(1, Status(Code.ABSOLUTE_AXIS, each)) for each in (Outcome.FAILED, Outcome.STARTED)
+    )
     for at_s in (1.0, 1.0 + START_WINDOW_S):
         drive.note(failed, at_s)
         drive.note(started, at_s)

@@ -6,7 +6,7 @@ import pytest
 from amounts import every_row
 from can_setup_bench import Bench
 
-from armdrive.dialects.mks.surplus import SurplusAnswers
+from armdrive.dialects.mks.exchange import SurplusAnswers
 from armdrive.dialects.mks.survey import is_shared, known
 from firmware_protocol.mks import Code
 

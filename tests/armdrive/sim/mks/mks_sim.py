@@ -10,6 +10,13 @@ from firmware_protocol import mks
 from firmware_protocol.frames import pack
 
 TURN = 0x4000
+STARTED, DONE, FAILED, LIMIT_STOP, STORED = (
+    mks.Outcome.STARTED,
+    mks.Outcome.DONE,
+    mks.Outcome.FAILED,
+    mks.Outcome.LIMIT_STOP,
+    mks.Outcome.STORED,
+)
 arm_config = partial(bus_arm, "mks")
 
 
@@ -53,9 +60,9 @@ class Bench(BusSim[mks.Event]):
         assert isinstance(event.answer, mks.StateRead)
         return event.answer.state
 
-    def time_of(self, kind: type) -> float:
-        """Return when the last event of a kind was heard."""
-        return next(at for at, event in reversed(self.heard) if isinstance(event, kind))
+    def time_of(self, outcome: mks.Outcome) -> float:
+        """Return when an outcome was reported last."""
+        return next(at for at, event in reversed(self.heard) if outcomes([event]) == [outcome])
 
     def _read(self) -> None:
         self.host.receive_data(self.link.read(self.now_s))
@@ -63,6 +70,7 @@ class Bench(BusSim[mks.Event]):
             self.heard.append((self.now_s, event))
 
 
-def outcomes(events: list[mks.Event]) -> list[type]:
-    """Return what kind each event is."""
-    return [type(event) for event in events]
+def outcomes(events: list[mks.Event]) -> list[object]:
+    """Return the outcome that each event reports; of others, what kind they are."""
+    answers = [getattr(event, "answer", event) for event in events]
+    return [each.outcome if isinstance(each, mks.Status) else type(each) for each in answers]

@@ -5,7 +5,7 @@ import math
 
 import pytest
 from bus_sim import IDS
-from mks_sim import TURN, Bench, arm_config
+from mks_sim import DONE, FAILED, LIMIT_STOP, STARTED, TURN, Bench, arm_config
 from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings
@@ -20,7 +20,7 @@ from kinematics import Joints
 
 LATE_S = 0.002
 """What the bus and a drive take to say something."""
-CARRIED_OUT, GIVEN_UP = [mks.Started, mks.Done], [mks.Started, mks.Failed]
+CARRIED_OUT, GIVEN_UP = [STARTED, DONE], [STARTED, FAILED]
 
 
 @pytest.fixture
@@ -41,7 +41,7 @@ class TestMoving:
         before = bench.world.motors
         heard = bench.ask(2, mks.MoveAbsoluteAxis(-TURN, 60, 0), 1.5)
         assert said(heard) == CARRIED_OUT
-        assert bench.time_of(mks.Done) == pytest.approx(1.0, abs=LATE_S)
+        assert bench.time_of(DONE) == pytest.approx(1.0, abs=LATE_S)
         assert (bench.world.motors - before) == (0, -TURN, 0, 0, 0, 0)
         assert bench.counts(2) == -TURN
         assert bench.world.joints["shoulder"] == pytest.approx(
@@ -58,7 +58,7 @@ class TestMoving:
         assert bench.state(1) is mks.MotorState.DECELERATING
         bench.run(1.0)
         assert bench.state(1) is mks.MotorState.STOPPED
-        assert bench.time_of(mks.Done) == pytest.approx(2 * 0.48 + (10 - 4.8) / 10, abs=LATE_S)
+        assert bench.time_of(DONE) == pytest.approx(2 * 0.48 + (10 - 4.8) / 10, abs=LATE_S)
 
     @pytest.mark.parametrize(
         ("request_", "counts"),
@@ -79,7 +79,7 @@ class TestMoving:
         bench.ask(1, mks.SetMicrosteps(8))
         bench.ask(1, mks.MoveRelativePulses(1600, 60, 0), 2.0)
         assert bench.counts(1) == TURN
-        assert bench.time_of(mks.Done) == pytest.approx(0.01 + 0.5, abs=2 * LATE_S)
+        assert bench.time_of(DONE) == pytest.approx(0.01 + 0.5, abs=2 * LATE_S)
 
     def test_a_run_goes_on_until_it_is_stopped_by_a_ramp(self, bench):
         bench.ask(1, mks.RunAtSpeed(-600, 240), 0.8)
@@ -105,7 +105,7 @@ class TestMoving:
             mks.MoveAbsoluteAxis(0, 60, 0),
             mks.SetZero(),
         ):
-            assert said(bench.ask(1, request)) == [mks.Failed]
+            assert said(bench.ask(1, request)) == [FAILED]
         bench.run(1.0)
         assert bench.counts(1) == TURN
 
@@ -128,10 +128,10 @@ class TestMoving:
 
     def test_calibration_turns_the_shaft_and_takes_its_time(self, bench):
         there = bench.world.motors
-        assert said(bench.ask(1, mks.Calibrate(), 2.0)) == [mks.Started]
+        assert said(bench.ask(1, mks.Calibrate(), 2.0)) == [STARTED]
         assert bench.state(1) is mks.MotorState.CALIBRATING
         assert bench.world.motors != there
-        assert said(bench.run(3.0)) == [mks.Done]
+        assert said(bench.run(3.0)) == [DONE]
         assert bench.world.motors == there
 
     def test_the_same_requests_give_the_same_events(self):
@@ -154,7 +154,7 @@ class TestHolding:
         bench.ask(1, mks.SetMode(mode))
         requests = (mks.MoveAbsoluteAxis(100, 60, 0), mks.RunAtSpeed(60, 0), mks.Home())
         heard = [said(bench.ask(1, request, 0.5)) for request in requests]
-        assert heard == [[mks.Failed]] * 3
+        assert heard == [[FAILED]] * 3
         assert bench.world.motors == there
 
     def test_it_may_be_silent_about_what_it_does_not_do(self):
@@ -164,14 +164,14 @@ class TestHolding:
 
     def test_without_current_what_it_holds_comes_down_and_it_knows_how_far(self, bench):
         before = bench.world.pose
-        assert said(bench.ask(2, mks.Enable(False))) == [mks.Done]
+        assert said(bench.ask(2, mks.Enable(False))) == [DONE]
         assert not bench.world.energised
         fallen = bench.counts(2)
         assert bench.world.pose.z_mm < before.z_mm - 1.0
-        assert said(bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 0))) == [mks.Failed]
+        assert said(bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 0))) == [FAILED]
         assert bench.ask(2, mks.ReadEnabled())[0].answer.on is False
         there = bench.world.motors
-        assert said(bench.ask(2, mks.Enable(True), 0.2)) == [mks.Done]
+        assert said(bench.ask(2, mks.Enable(True), 0.2)) == [DONE]
         assert (bench.world.motors, bench.counts(2)) == (there, fallen)
         assert bench.world.energised
         bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 200), 2.0)
@@ -189,7 +189,7 @@ class TestHolding:
         found, held = Bench(enabled_on=False), Bench()
         assert not found.world.energised
         assert found.world.pose == held.world.pose
-        assert said(found.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [mks.Failed]
+        assert said(found.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [FAILED]
         for node in IDS:
             found.ask(node, mks.Enable(True))
         assert found.world.energised
@@ -220,18 +220,18 @@ class TestStalls:
         heard = bench.ask(2, mks.MoveAbsoluteAxis(TURN, 60, 0), 0.5)
         assert said(heard) == GIVEN_UP
         # a tenth of a turn behind after 0.1 s, looked at every 10 ms, and 50 ms of patience
-        assert bench.time_of(mks.Failed) == pytest.approx(0.16, abs=0.015)
+        assert bench.time_of(FAILED) == pytest.approx(0.16, abs=0.015)
         assert bench.ask(2, mks.ReadStall())[0].answer.on
         assert not bench.world.energised
         assert bench.world.motors != there
-        assert said(bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 0))) == [mks.Failed]
-        assert said(bench.ask(2, mks.Enable(True))) == [mks.Failed]
+        assert said(bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 0))) == [FAILED]
+        assert said(bench.ask(2, mks.Enable(True))) == [FAILED]
 
     def test_cleared_it_holds_where_it_is_and_moves_again(self, bench):
         bench.world.stalled.add(0)
         bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 0.5)
         bench.world.stalled.clear()
-        assert said(bench.ask(1, mks.ClearStall())) == [mks.Done]
+        assert said(bench.ask(1, mks.ClearStall())) == [DONE]
         assert bench.world.energised
         bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.5)
         assert bench.counts(1) == TURN
@@ -240,12 +240,12 @@ class TestStalls:
         bench.ask(1, mks.SetStallProtection(False))
         bench.world.stalled.add(0)
         heard = bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 3.0)
-        assert said(heard) == [mks.Started]
+        assert said(heard) == [STARTED]
         assert bench.state(1) is mks.MotorState.STOPPED
         assert bench.ask(1, mks.ReadAngleError())[0].answer.error == 51200
         assert not bench.ask(1, mks.ReadStall())[0].answer.on
         bench.world.stalled.clear()
-        assert said(bench.run(0.5)) == [mks.Done]
+        assert said(bench.run(0.5)) == [DONE]
         assert bench.counts(1) == TURN
 
     def test_position_protection_lets_go_after_its_window(self, bench):
@@ -254,7 +254,7 @@ class TestStalls:
         bench.world.stalled.add(0)
         began_s = bench.now_s
         bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.0)
-        assert bench.time_of(mks.Failed) - began_s == pytest.approx(0.16, abs=0.012)
+        assert bench.time_of(FAILED) - began_s == pytest.approx(0.16, abs=0.012)
 
     def test_a_mechanical_stop_is_a_stall(self, bench):
         heard = bench.ask(1, mks.MoveAbsoluteAxis(20 * TURN, 600, 240), 4.0)
@@ -266,11 +266,11 @@ class TestSwitches:
     def test_homing_ends_at_the_switch_and_calls_it_zero(self):
         homed = HomingSettings(Joints.of(30, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed))
-        assert said(bench.ask(1, mks.Home(), 1.0)) == [mks.Started]
+        assert said(bench.ask(1, mks.Home(), 1.0)) == [STARTED]
         assert bench.state(1) is mks.MotorState.HOMING
         assert bench.ask(1, mks.ReadHoming())[0].answer.by_command is mks.HomingState.UNDER_WAY
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0))) == [mks.Failed]
-        assert said(bench.run(4.0)) == [mks.Done]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0))) == [FAILED]
+        assert said(bench.run(4.0)) == [DONE]
         assert bench.ask(1, mks.ReadHoming())[0].answer.by_command is mks.HomingState.DONE
         assert bench.counts(1) == 0
         assert bench.world.joints.deg["base"] == pytest.approx(30.0, abs=0.01)
@@ -302,7 +302,7 @@ class TestSwitches:
             assert bench.counts(1) == 0
         assert bench.ask(1, mks.ReadInputs())[0].answer.levels == 1
         heard = bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 60, 0), 2.0)
-        assert said(heard) == [mks.Started, mks.LimitStop]
+        assert said(heard) == [STARTED, LIMIT_STOP]
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 2.0)) == CARRIED_OUT
 
     @pytest.mark.parametrize("base_deg", [10, -10])
@@ -329,12 +329,12 @@ class TestSwitches:
         homed = HomingSettings(Joints.of(3.6, 70, -95, -35, 0), 20.0)
         bench = Bench(config=arm_config(homed), limits=True)
         heard = bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 2.0)
-        assert said(heard) == [mks.Started, mks.LimitStop]
-        assert bench.time_of(mks.LimitStop) == pytest.approx(0.5, abs=LATE_S)
+        assert said(heard) == [STARTED, LIMIT_STOP]
+        assert bench.time_of(LIMIT_STOP) == pytest.approx(0.5, abs=LATE_S)
         assert bench.counts(1) == TURN // 2
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.0)) == [
-            mks.Started,
-            mks.LimitStop,
+            STARTED,
+            LIMIT_STOP,
         ]
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0), 1.0)) == CARRIED_OUT
 
@@ -430,7 +430,7 @@ class TestDrives:
     def test_reset_in_motion_it_stops_and_knows_nothing_any_more(self, bench):
         bench.send(1, mks.MoveAbsoluteAxis(5 * TURN, 60, 0))
         bench.twin.faults.add("drive-reset", "base", after_s=1.0)
-        assert said(bench.run(3.0)) == [mks.Started]
+        assert said(bench.run(3.0)) == [STARTED]
         bench.host.forget(1)
         assert bench.counts(1) == 0
         assert bench.state(1) is mks.MotorState.STOPPED
@@ -445,16 +445,16 @@ class TestDrives:
 
     def test_one_in_a_wrong_mode_refuses(self, bench):
         bench.twin.faults.add("drive-mode", 3, 2)
-        assert said(bench.ask(3, mks.MoveAbsoluteAxis(500, 60, 0))) == [mks.Failed]
+        assert said(bench.ask(3, mks.MoveAbsoluteAxis(500, 60, 0))) == [FAILED]
         bench.twin.faults.end()
         assert said(bench.ask(3, mks.MoveAbsoluteAxis(10, 60, 0))) == CARRIED_OUT
 
     def test_two_of_one_id_both_answer(self, bench):
         bench.ask(2, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)
         bench.twin.faults.add("drive-id", 2, 1)
-        assert said(bench.ask(1, mks.ReadVersion())) == [mks.Answered, mks.Stray]
+        assert said(bench.ask(1, mks.ReadVersion())) == [mks.VersionRead] * 2
         heard = bench.ask(1, mks.ReadEncoder(), 0.1)
-        assert said(heard) == [mks.Answered, mks.Stray]
+        assert said(heard) == [mks.EncoderRead] * 2
         assert [heard[0].answer.counts, heard[1].answer.counts] == [0, 500]
         there = bench.world.motors
         bench.ask(1, mks.MoveAbsoluteAxis(900, 60, 0), 0.5)
@@ -489,11 +489,11 @@ class TestDrives:
         bench.run(0.7)
         assert bench.ask(2, mks.ReadEncoder()) == []
         bench.run(0.5)
-        assert said(bench.ask(2, mks.ReadState())) == [mks.Answered]
+        assert said(bench.ask(2, mks.ReadState())) == [mks.StateRead]
 
     def test_one_does_not_say_when_it_is_done(self, bench):
         bench.twin.faults.add("no-done", 1)
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)) == [mks.Started]
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)) == [STARTED]
         assert said(bench.ask(2, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)) == CARRIED_OUT
 
     def test_a_stalled_motor_ends_its_motion(self, bench):
