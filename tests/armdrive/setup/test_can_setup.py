@@ -135,6 +135,9 @@ def test_a_drive_that_has_its_id_and_its_settings_is_left_alone_unless_asked_for
     bench.board.node(1).set_mode(mks.Mode.PULSE_FOC, bench.board.now_s)
     assert bench.one()
     assert (2, mks.SetMode(mks.Mode.BUS_FOC)) in bench.said
+    bench.board.nodes[1].calibrated = False
+    bench.person.says["Is the shaft of the shoulder motor free"] = "no"
+    assert bench.one() is None
 
 
 def test_an_arm_without_such_drives_is_refused():
@@ -363,7 +366,7 @@ def test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user(troub
             told = "The watchdog of drive 2 may still be at 100 ms" in bench.person.text
             is_set = bench.board.nodes[1].flash.of(mks.SilenceWatchdog) == mks.SilenceWatchdog(500)
             assert is_set or told
-            bench.listen(1.0)
+            bench.listen(0.1 if trouble == "interrupted" else 1.0)
             assert not bench.board.nodes[1].motor.point.moving(bench.clock.now_s())
     assert shortened > 2
 

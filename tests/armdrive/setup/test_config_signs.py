@@ -25,6 +25,7 @@ from armdrive.setup.directions import (
     DirectionCheck,
     SawMotion,
     Signs,
+    ask_share,
     changes,
     conclude,
     roll_joint,
@@ -99,6 +100,22 @@ def test_every_combination_of_directions_is_told_apart(motors, roll):
     found = conclude((looked(trial, motors, signs) for trial in made), "wrist_roll")
     assert tuple(sorted(found.motors)) == reversed_of(MOTORS, motors)
     assert found.joints == (("wrist_roll",) if roll < 0 else ())
+
+
+class Measures:
+    """A person who answers every question about a distance."""
+
+    def __init__(self, moved):
+        self.moved = moved
+
+    def answer(self, asked):
+        return asked.question.read(self.moved)
+
+
+@every_row("moved, share", [("2", 1.0), ("2.3", 1.0), ("1.7", 1.0), ("3", 1.5), ("0.5", 0.25)])
+def test_a_distance_by_eye_that_is_off_by_a_fifth_corrects_nothing(moved, share):
+    base = trials(MODEL.arm, MODEL.transmission, POSTURE)[1]
+    assert ask_share(Dialog(Measures(moved)), base, 2.0) == pytest.approx(share)
 
 
 def test_the_gripper_makes_room_before_the_elbow_pulls_its_cable():
