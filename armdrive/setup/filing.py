@@ -7,7 +7,7 @@ import tempfile
 import tomllib
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +21,10 @@ from armdrive.setup.commissioning import CommissioningPlan
 from armdrive.setup.directions import Signs, changes, written_steps
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.questions import ROWS
-from armdrive.setup.templates import COUPLED
+from armdrive.setup.templates import COUPLED, GRIPPER_KEYS
 from armdrive.storage.files import kept_aside, replace_file
 from armdrive.text.reading import read_text
-from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document
+from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document, rule_of
 from armdrive.text.toml_amend import Change, amended
 from kinematics.text import counted
 from kinematics.transmission import Transmission
@@ -116,6 +116,12 @@ def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
             found[name] += entries
     if not draft.stepped:
         found["gripper"].append(TomlEntry("kind", draft.gripper))
+    of_gripper = GRIPPER_KEYS.get(draft.gripper, ())
+    found[dialect] += [
+        TomlEntry(each.name, each.default, rule_of(each).help)
+        for each in fields(draft.dialect.settings())
+        if each.name in of_gripper
+    ]
     if linked:
         # a model file has limits of its own, but no speeds
         found["speeds_deg_s"] = found["speeds_deg_s"] or [

@@ -12,14 +12,14 @@ arm file from the same rows (`ArmRow.entries`): so a question and its place cann
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from types import MappingProxyType
-from typing import Any, cast, get_args, get_type_hints
+from typing import Any, get_type_hints
 
 from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import Connection, FingerModel, GuardSettings, wrong_homing_order
+from armdrive.config.sections import Connection, FingerModel, wrong_homing_order
 from armdrive.config.write import MEANINGS
 from armdrive.dialog import (
     Question,
@@ -39,9 +39,9 @@ from armdrive.dialog import (
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import ENDING, require_name
-from armdrive.setup.draft import GRIPPER_MOTOR, Draft, as_typed, ratio, read_links
-from armdrive.setup.templates import COUPLED, GRIPPERS, OUTPUT, SERVO, available
-from armdrive.text.toml import Rule, TomlEntry, rule_of
+from armdrive.setup.draft import GRIPPER_MOTOR, Draft, ratio, read_links
+from armdrive.setup.templates import COUPLED, GRIPPERS, available
+from armdrive.text.toml import TomlEntry, rule_of
 from armdrive.transports.address import CanAddress, is_can
 from kinematics.spaces import COORDINATES, POSE_FIELDS
 from kinematics.text import shown_name
@@ -53,10 +53,6 @@ Entries = tuple[TomlEntry, ...]
 
 DIALECT = "{dialect}"
 """Stands for the section of the controller in the place of a row."""
-READERS: Mapping[type[Any], Reader] = MappingProxyType(
-    {bool: yes_or_no, float: plain_number, str: text}
-)
-"""What reads an answer of each type; of a whole number, `whole` does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +60,9 @@ class ArmRow:
     """One row of the table; `{one}` in its key, words and place stands for a name of `each`.
 
     `read` makes the check from the answers before; without it, the schema of the arm file checks
-    the answer for the key at `place`. Without `words`, the schema's meaning of that key is the
-    question. `when` says whether the question is asked. `{dialect}` in
-    `place` is the section of the controller. `put` makes the section's entries if the answer is not
-    the value itself.
+    the answer, a number, for the key at `place`. `when` says whether the question is asked.
+    `{dialect}` in `place` is the section of the controller. `put` makes the section's entries if
+    the answer is not the value itself.
     """
 
     key: str
@@ -87,9 +82,9 @@ class ArmRow:
             key, default = self.key.replace("{one}", one), self.default
             usual = default(draft, one) if callable(default) else default
             words = self.words.replace("{one}", shown_name(one))
-            read = schema_reader(draft, self.place) if self.read is None else self.read(draft)
+            read = schema_reader(self.place) if self.read is None else self.read(draft)
             yield Question(
-                words or asked(declared(draft, self.place)[1].help),
+                words,
                 self.why,
                 controllers_reader(draft, self.place, read),
                 draft.usual_answers.get(key, usual),
@@ -110,38 +105,22 @@ class ArmRow:
 
 
 SECTIONS: Mapping[str, type[Any]] = MappingProxyType(
-    {"connection": Connection, "fingers": FingerModel, "guards": GuardSettings}
+    {"connection": Connection, "fingers": FingerModel}
 )
 
 
-def declared(draft: Draft, place: str) -> tuple[Any, Rule]:
-    """Return the type and the rule that the schema of the arm file has for the key at a place."""
-    name, _, key = place.rpartition(".")
-    kind = draft.dialect.settings() if name == DIALECT else SECTIONS[name]
-    return _declared(cast(Hashable, kind), key)
-
-
 @cache
-def _declared(kind: Any, key: str) -> tuple[Any, Rule]:
-    return get_type_hints(kind)[key], rule_of(next(f for f in fields(kind) if f.name == key))
-
-
-def asked(meaning: str) -> str:
-    """Return what a key means as a question."""
-    return f"{meaning[0].upper()}{meaning[1:]}?"
-
-
-def schema_reader(draft: Draft, place: str) -> Reader:
-    """Return what reads an answer as the schema of the arm file allows it at a place."""
-    hint, rule = declared(draft, place)
-    wanted = next(iter(get_args(hint)), hint)  # of `float | None`, the number
-    plain: Reader = whole(-sys.maxsize, sys.maxsize) if wanted is int else READERS[wanted]
-    where = place.replace(DIALECT, draft.dialect.name)
+def schema_reader(place: str) -> Reader:
+    """Return what reads a number as the schema of the arm file allows it at a place."""
+    section, _, key = place.rpartition(".")
+    kind = SECTIONS[section]
+    rule = rule_of(next(each for each in fields(kind) if each.name == key))
+    plain = whole(-sys.maxsize, sys.maxsize) if get_type_hints(kind)[key] is int else plain_number
 
     def read(line: str) -> Any:
-        value = choice(rule.words)(line) if rule.words else plain(line)
+        value = plain(line)
         try:
-            rule.check(value, where)
+            rule.check(value, place)
         except ArmFileError as error:
             raise WrongAnswer(str(error)) from None
         return value
@@ -405,22 +384,9 @@ def _posture_entries(_draft: Draft, numbers: Sequence[float]) -> Entries:
     return tuple(map(TomlEntry, COORDINATES, numbers))
 
 
-# A controller whose own section has such keys, which are read off its settings.
-
-
-def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
-    return lambda draft: key in draft.device_fields and gripper in ("", draft.gripper)
-
-
-def device_row(key: str, why: str, gripper: str = "") -> ArmRow:
-    """Return the row for a key of the controller's section, asked of a board that has it.
-
-    With `gripper` it is asked for that kind of gripper alone.
-    """
-    return ArmRow(
-        f"device.{key}", "", why, place=f"{DIALECT}.{key}", when=_has(key, gripper),
-        default=lambda draft, _one: as_typed(draft.device_fields[key]),
-    )  # fmt: skip
+def _has(key: str) -> Callable[[Draft], bool]:
+    """Return whether the controller's own section has a key."""
+    return lambda draft: key in draft.device_fields
 
 
 def _axes(draft: Draft) -> Reader:
@@ -676,16 +642,5 @@ ROWS = (
         when=_has("master_id"),
         place="{dialect}.ids",
     ),
-    device_row("unit", "steps need no rounding: $100 to $105 are then 1."),
-    device_row("servo", "M3 with a number S, or M67E0 for an analogue output of grblHAL.", SERVO),
-    device_row(
-        "servo_closed",
-        "The S or Q of that word. Begin near the middle and go outwards in small steps.", SERVO,
-    ),
-    device_row("servo_open", "It may be below the number for closed fingers.", SERVO),
-    device_row(
-        "gripper_output", "0 is the first word of the section's outputs, flood by default.", OUTPUT
-    ),
-    device_row("gripper_closes", "no: it opens then, and closes when the power fails.", OUTPUT),
 )  # fmt: skip
 """All questions, in the order in which they are asked."""

@@ -20,6 +20,13 @@ GRIPPERS: Mapping[str, str] = MappingProxyType(
     }
 )
 """The kinds of grippers in the interview."""
+GRIPPER_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        SERVO: ("servo", "servo_closed", "servo_open"),
+        OUTPUT: ("gripper_output", "gripper_closes"),
+    }
+)
+"""The keys of a controller's section that are found by trying: written with their defaults."""
 
 
 @dataclass(frozen=True, slots=True)

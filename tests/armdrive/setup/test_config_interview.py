@@ -285,7 +285,6 @@ def at_the_port(dialect, **around):
 @every_row(
     "key, answers, line, why",
     [
-        ("device.servo", {"gripper.kind": "servo"}, "M5", "must be M3, or one like M67E0"),
         ("device.axes", {}, "QWERTU", "its own letter from"),
         ("device.axes", {}, "XYZABB", "different letters are needed"),
     ],
@@ -294,6 +293,16 @@ def test_what_the_arm_file_would_not_take_is_refused_at_its_question(key, answer
     interview = at_question(key, template="printed-six", **answers)
     with pytest.raises(WrongAnswer, match=why):
         interview.answer(line)
+
+
+@every_row("kind, keys", [("servo", 3), ("output", 2), ("none", 0)])
+def test_what_a_gripper_is_tuned_by_is_written_with_its_meaning(tmp_path, kind, keys):
+    text = files("printed-six", {"gripper.kind": kind}).arm
+    section = text[text.index("[grbl]") :].partition("\n\n")[0]
+    tuned = [line for line in section.splitlines() if "servo" in line or "gripper" in line]
+    assert len(tuned) == keys
+    assert section.count("# the servo's number") == 2 * (kind == "servo")
+    assert loaded(tmp_path, "printed-six", {"gripper.kind": kind}).gripper.kind == kind
 
 
 def test_a_bus_is_asked_for_its_adapter_and_for_no_baud_rate():
