@@ -153,11 +153,10 @@ class TaskRunner:
         """Wait for a task to end; pauses and the speed override extend the timeout."""
         speed_override = self.core.speed_override
         simulated, delay_s = not self.pace.real_time, speed_override.delay_s
-        waited_s = -speed_override.waited_s  # pauses of earlier motions do not count
 
         def ended() -> bool:
-            if simulated and not task.done:
-                speed_override.nap(waited_s + speed_override.waited_s)
+            if simulated and speed_override.waits and not task.done:
+                speed_override.breathe()
             return task.done
 
         while not await self.wait(ended, timeout_s):

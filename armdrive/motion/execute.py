@@ -18,7 +18,7 @@ from armdrive.errors import Stopped, WrongState
 from armdrive.motion.context import MotionContext, StreamedCourse, Way, way_between
 from armdrive.motion.deviation import has_room
 from armdrive.motion.plan import MotionPlan, SpeedLimits
-from armdrive.runtime.overrides import LONGEST_PAUSE_S, given_up
+from armdrive.runtime.overrides import given_up
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 from armdrive.runtime.states import Event
 from armdrive.status import State
@@ -46,14 +46,14 @@ def wait_out_pause(context: MotionContext) -> TaskBody[None]:
     stood, believed = core.position.acknowledged, core.belief
     poll_s = core.config.motion.idle_poll_s
     began_s = looked_s = context.now_s
-    speed_override.waits, speed_override.given_up = True, False
+    speed_override.waits = True
     try:
         while speed_override.paused and not context.stopping:
             before_s = context.now_s
             yield SleepUntil(before_s + PAUSE_POLL_S)
             context.require_no_fault()
             waited_s = context.now_s - began_s
-            if speed_override.given_up or waited_s >= LONGEST_PAUSE_S:
+            if waited_s >= speed_override.longest_s:
                 raise given_up(waited_s)
             if poll_s and context.now_s >= looked_s + poll_s:
                 yield from context.look()

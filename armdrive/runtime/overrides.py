@@ -45,18 +45,15 @@ class SpeedOverride:
         self.was_slowed = False
         """Whether any part of the current motion may have been sent slower than planned."""
         self.waits = False
+        """Whether a motion is waiting in the pause."""
         self.delay_s = 0.0
-        self.waited_s = 0.0
-        """Time that motions have spent in pauses: a part of the delay."""
-        self.given_up = False
-        """Whether the motion that waits in the pause is given up; the pause stays."""
         self.others = False
         """Whether another program or thread can resume the arm."""
         self._naps_left = NAPS
 
     @property
     def longest_s(self) -> float:
-        """How long, on the arm's clock, a call waits for the end of a pause."""
+        """How long, on the arm's clock, a motion or a call waits for the end of a pause."""
         return LONGEST_PAUSE_S if self.others else LONGEST_SIMULATED_WAIT_S
 
     @property
@@ -93,19 +90,6 @@ class SpeedOverride:
     def note_waited(self, time_s: float) -> None:
         """Count the time that a motion has waited in a pause."""
         self.delay_s += time_s
-        self.waited_s += time_s
-
-    def nap(self, waited_s: float) -> None:
-        """Let real time pass while a motion waits in a pause on simulated time.
-
-        `waited_s` is the simulated time spent waiting. If only the caller could end the pause, the
-        motion is given up after `LONGEST_SIMULATED_WAIT_S`.
-        """
-        if not self.waits:
-            return
-        self.breathe()
-        if waited_s >= LONGEST_SIMULATED_WAIT_S and not self.others:
-            self.given_up = True
 
     def breathe(self) -> None:
         """Let real time pass in a pause on simulated time: another thread may end the pause."""

@@ -1,5 +1,7 @@
 """A driver that hangs, in each way, is a violation `hangs`; a paused arm is not."""
 
+import math
+
 import pytest
 
 from armdrive.errors import WrongState
@@ -58,7 +60,8 @@ def test_time_passes_for_ever(monkeypatch):
 
 def test_a_call_waits_for_ever_in_a_pause(monkeypatch):
     """An earlier bug: the driver has no limit, and the mission does not resume."""
-    monkeypatch.setattr(SpeedOverride, "nap", lambda *_: None)
+    monkeypatch.setattr(SpeedOverride, "longest_s", math.inf)
+    monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", lambda _: None)
     mission = ready()
     mission.stage.arm.pause()
     with pytest.raises(Broken, match=r"hangs: move_j\(.* had not ended at"):
