@@ -5,14 +5,17 @@ import inspect
 import os
 from collections.abc import Callable, Iterable, Sequence
 from itertools import product
+from typing import TypeVar
 
 import pytest
+
+T = TypeVar("T")
 
 THOROUGH = os.environ.get("THOROUGH", "0") not in ("", "0")
 
 
-def amount(everyday: int, thorough: int) -> int:
-    """Return one of two numbers of rounds, examples or frames."""
+def amount(everyday: T, thorough: T) -> T:
+    """Return one of two numbers of rounds, examples or frames, or one of two lists of rows."""
     return thorough if THOROUGH else everyday
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from amounts import in_pairs
+from amounts import amount, in_pairs
 from faults import as_it_stands, ready_arm, standing
 
 from armdrive.arm import Arm
@@ -205,6 +205,9 @@ def connected(dialect: str, wire: Wire, pace: Pace) -> Arm:
     return arm
 
 
+THREE = amount(["teachmover", "grbl", "cia402"], list(DIALECTS))
+"""Devices that answer with a byte, with lines and with frames."""
+
 AFTER_S = 3.0
 """What has been waited for in a motion before its look is answered by nobody: a few exchanges."""
 FOUND = re.compile(
@@ -251,7 +254,7 @@ def told(error: ArmError, took_s: float) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("dialect", THREE)
 def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
     wire, pace = wire_to(dialect)
     wire.spoil(kind)
@@ -272,7 +275,7 @@ def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
     assert pace.now_s() <= CALL_LIMIT_S + 0.05
 
 
-@in_pairs("dialect, call, kind", list(DIALECTS), list(CALLS_ON_ENDLESS_WIRES), list(KINDS))
+@in_pairs("dialect, call, kind", THREE, list(CALLS_ON_ENDLESS_WIRES), list(KINDS))
 def test_a_call_ends_on_time_and_the_arm_comes_back(dialect, kind, call):
     before, act, longer_s = CALLS_ON_ENDLESS_WIRES[call]
     arm, pace = ready(dialect)
