@@ -92,20 +92,6 @@ class ShaftPoint:
         position, speed = self._state(now_s)
         self._begin(at_rate(position, speed, rate, slope, now_s), now_s)
 
-    def go_for(self, rate: float, slope: float, time_s: float, now_s: float) -> None:
-        """Run for a time, then slow down."""
-        self.go_at(rate, slope, now_s)
-        over_s = now_s + time_s
-        pieces = [
-            piece._replace(duration_s=min(piece.duration_s, over_s - piece.start_s))
-            for piece in self._profile.pieces
-            if piece.start_s < over_s
-        ]
-        last = pieces[-1]
-        end = at_rate(last.at(over_s), last.speed_at(over_s), 0.0, slope, over_s)
-        self._begin(AxisProfile((*pieces, *end.pieces), end.end), now_s)
-        self.end_s = max(self.end_s, over_s)
-
     def there_and_back(self, counts: int, rate: float, now_s: float) -> None:
         """Turn by `counts` and back again, without a ramp."""
         here = float(self.at(now_s))

@@ -139,10 +139,6 @@ STALL_COUNTS = round(COUNTS_PER_TURN / 10)
 """The distance from its set-point at which a shaft stalls."""
 STALL_S = 0.05
 """A shaft that is too far from its set-point for this long has stalled."""
-WINDOW_S = 0.015
-"""The unit of time of position protection."""
-ERROR_PER_TURN = 28_000
-"""The unit of its error, in a turn."""
 ARRIVAL_PER_TURN = 65_536
 """The unit of the threshold of arrival, in a turn."""
 AGAINST_A_STOP = 1
@@ -202,7 +198,6 @@ class MksNodeMotion:
         """Whether it will ignore the next motion."""
         self._acc = 0
         self._stall_s = math.inf  # since when the shaft is as far behind as in a stall
-        self._off_s = math.inf  # since when it is farther than position protection allows
         self._waits = False  # the set-point has reached its end, and the shaft has not
         self._seeking = 0  # the direction of a search for the switch; 0 for none
         self._backing = False  # the search moves away from a switch that was pressed at first
@@ -243,13 +238,8 @@ class MksNodeMotion:
         match request:
             case mks.RunAtSpeed():
                 self._run(self._rate_of(request.speed_rpm), now_s)
-            case mks.RunFor():
-                rate, time_s = self._rate_of(request.speed_rpm), request.duration_ms / 1000
-                self._point.go_for(rate, slope_of(self._acc), time_s, now_s)
             case mks.Stop():
                 self._run(0.0, now_s)
-            case mks.GoToZero():
-                self._go(self._motor.zero, self._flash.homing.speed_rpm, now_s)
             case mks.Calibrate():
                 self._point.there_and_back(
                     COUNTS_PER_TURN, CALIBRATION_RPM * COUNTS_S_PER_RPM, now_s
@@ -262,14 +252,8 @@ class MksNodeMotion:
         self._switch_s = self._passes_switch_s(now_s)
 
     def arm(self, on: bool) -> None:
-        """Store motions for a common start from now on, or begin them at once again."""
+        """Store motions from now on, or begin them at once again."""
         self.armed, self.stored = on, None
-
-    def start_stored(self, now_s: float, *, able: bool) -> None:
-        """Begin the stored motion if the drive is able to, without reporting that."""
-        asked, self.stored, self.armed = self.stored, None, False
-        if asked is not None and able:
-            self.begin(asked, now_s)
 
     def give_up(self, now_s: float) -> None:
         """Forget the present and the stored motion; the set-point continues."""
@@ -357,7 +341,7 @@ class MksNodeMotion:
         """Release a shaft that does not follow, if a protection is on."""
         error = abs(self._point.at(now_s) - self._motor.shaft)
         if not error or not self._motor.holding:
-            self._stall_s = self._off_s = math.inf
+            self._stall_s = math.inf
             return
         stalls = error >= STALL_COUNTS
         self._stall_s = min(self._stall_s, now_s) if stalls else math.inf
@@ -366,20 +350,12 @@ class MksNodeMotion:
                 self._found(self._motor.shaft)
             return
         guarded = self._flash.of(mks.SetStallProtection).on
-        if (guarded and now_s >= self._stall_s + STALL_S) or self._is_off(error, now_s):
+        if guarded and now_s >= self._stall_s + STALL_S:
             asked = self.under_way
             self.give_up(now_s)
             self._lets_go(now_s)
             if asked is not None:
                 self._says(asked, Outcome.FAILED)
-
-    def _is_off(self, error: int, now_s: float) -> bool:
-        guard = self._flash.of(mks.SetPositionProtection)
-        if not guard.on:
-            return False
-        beyond = error * ERROR_PER_TURN >= guard.error * COUNTS_PER_TURN
-        self._off_s = min(self._off_s, now_s) if beyond else math.inf
-        return now_s >= self._off_s + guard.window * WINDOW_S
 
     def _watch_switch(self, now_s: float) -> None:
         if self._switch_s <= now_s:

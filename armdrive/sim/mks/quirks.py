@@ -96,8 +96,6 @@ ALWAYS: tuple[tuple[str, str, str], ...] = (
      f"guess: {_UNKNOWN}"),
     ("homing_ramp", "a drive ramps by 1000 rpm/s while it homes, and if its watchdog then stops it",
      f"guess: {_UNKNOWN}"),
-    ("starts_once", "a synchronous start ends the storing of motions",
-     f"guess: {_MANUALS} do not say (4A, 4B)"),
     ("own_frames", "only frames to a drive itself feed its watchdog",
      "guess: the manual 1.0.9 does not say (98)"),
     ("silent_restart",

@@ -2,7 +2,7 @@
 
 import pytest
 from amounts import every_row
-from bus_sim import IDS, LONG_S
+from bus_sim import IDS
 from mks_sim import DONE, FAILED, STARTED, STORED, TURN, Bench
 from mks_sim import outcomes as said
 
@@ -17,18 +17,14 @@ ASKED_FOR = {
     mks.Ability.EMERGENCY_STOP: mks.EmergencyStop(),
     mks.Ability.HOLDING_CURRENT: mks.SetHoldingCurrent(50),
     mks.Ability.CHOICE_OF_COMPLETION: mks.SetReplies(mks.ReplyMode.IMMEDIATE),
-    mks.Ability.RESTART: mks.Restart(),
     mks.Ability.READ_SETTINGS: mks.ReadSetting(mks.Code.MODE),
     mks.Ability.RAW_ENCODER: mks.ReadRawEncoder(),
     mks.Ability.POSITION_PROTECTION: mks.SetPositionProtection(False, 0, 0),
     mks.Ability.UNKEPT_CURRENT: mks.SetCurrent(1000, keep=False),
-    mks.Ability.TIMED_RUN: mks.RunFor(60, 0, 10),
     mks.Ability.SYNCHRONOUS_START: mks.ArmSynchronous(True),
     mks.Ability.ARRIVAL_THRESHOLD: mks.SetArrival(True),
     mks.Ability.VERSION: mks.ReadVersion(),
-    mks.Ability.REPORTS_BY_ITSELF: mks.ReportByItself(mks.Code.ENCODER, 1000),
     mks.Ability.SILENCE_WATCHDOG: mks.SilenceWatchdog(100),
-    mks.Ability.GO_TO_ZERO: mks.GoToZero(),
 }
 """What a drive answers if it is able to, and else not at all."""
 
@@ -101,46 +97,20 @@ class TestRetargeting:
         assert slowest == pytest.approx(60.0)
 
 
-class TestSynchronousStart:
-    def test_stored_motions_start_together(self):
+class TestStoring:
+    def test_armed_it_stores_a_motion_and_disarmed_it_forgets_it(self):
         bench = Bench(firmware="1.0.8")
-        bench.ask(mks.BROADCAST, mks.ArmSynchronous(True))
-        for node in IDS:
-            assert said(bench.ask(node, mks.MoveAbsoluteAxis(TURN, 60, 0))) == [STORED]
-        there = bench.world.motors
-        bench.run(0.5)
-        assert bench.world.motors == there
-        began_s = bench.now_s
-        bench.send(mks.BROADCAST, mks.GoSynchronous())
-        done = mks.Status(mks.Code.ABSOLUTE_AXIS, mks.Outcome.DONE)
-        assert [event.answer for event in bench.run(1.1)] == [done] * 6
-        ends = [at for at, _ in bench.heard][-6:]
-        assert ends[0] - began_s == pytest.approx(1.0, abs=0.002)
-        # all at the same moment, and then one after the other on the bus
-        assert ends[-1] - ends[0] < 5 * 90 / 500_000
-        assert tuple(bench.world.motors - there) == (TURN,) * 6
-
-    def test_disarmed_it_forgets(self):
-        bench = Bench()
         bench.ask(1, mks.ArmSynchronous(True))
-        bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
+        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.0)) == [STORED]
+        assert bench.counts(1) == 0
         bench.ask(1, mks.ArmSynchronous(False))
-        assert bench.ask(mks.BROADCAST, mks.GoSynchronous(), 1.0) == []
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [STARTED, DONE]
 
-    def test_a_start_ends_the_storing(self):
-        bench = Bench()
-        bench.ask(1, mks.ArmSynchronous(True))
-        bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))
-        bench.ask(mks.BROADCAST, mks.GoSynchronous())
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(20, 60, 0)))[0] is STARTED
-
-    def test_a_stop_is_not_stored_and_ends_what_is(self):
+    def test_a_stop_is_not_stored(self):
         bench = Bench()
         bench.ask(1, mks.ArmSynchronous(True))
         bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
         assert said(bench.ask(1, mks.Stop(mks.Code.ABSOLUTE_AXIS, 0))) == [STARTED, DONE]
-        bench.ask(mks.BROADCAST, mks.GoSynchronous(), 1.0)
         assert bench.counts(1) == 0
 
 
@@ -186,18 +156,6 @@ class TestWatchdog:
 
 
 class TestTalking:
-    def test_it_reports_by_itself_until_it_is_told_to_end(self):
-        bench = Bench()
-        assert said(bench.ask(1, mks.ReportByItself(mks.Code.ENCODER, 20))) == [DONE]
-        bench.send(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
-        heard = [each for each in bench.run(1.0) if isinstance(each.answer, mks.EncoderRead)]
-        assert len(heard) == 50
-        counts = [event.answer.counts for event in heard]
-        assert counts == sorted(counts)
-        bench.send(1, mks.ReportByItself(mks.Code.ENCODER, 0))
-        bench.run(LONG_S)
-        assert bench.run(1.0) == []
-
     @pytest.mark.parametrize(
         ("mode", "heard"),
         [
@@ -241,17 +199,6 @@ class TestTalking:
         bench.ask(1, mks.SetBitrate(Bitrate.K250))
         assert bench.ask(1, mks.ReadEncoder(), 0.1) == []
         assert bench.counts(2) == 0
-
-    def test_a_restart_loses_the_position_and_nobody_answers_for_a_while(self):
-        bench = Bench()
-        bench.ask(1, mks.MoveAbsoluteAxis(1000, 60, 0), 0.5)
-        assert said(bench.ask(1, mks.Restart(), 0.04)) == [DONE]
-        assert bench.ask(1, mks.ReadEncoder(), 0.04) == []
-        assert not bench.world.energised
-        bench.host.forget(1)
-        bench.run(0.5)
-        assert bench.counts(1) == 0
-        assert bench.world.energised
 
     def test_before_1_0_7_homing_by_command_is_not_told(self):
         assert Bench(firmware="1.0.6").ask(1, mks.ReadHoming())[0].answer.by_command is None
