@@ -30,6 +30,16 @@ def in_pairs(names: str, *values: Sequence[object]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize(names, [tuple(value for _, value in row) for row in tried])
 
 
+def each_value(names: str, *values: Sequence[object]) -> pytest.MarkDecorator:
+    """Parametrize a test with lists of values that hardly depend on each other.
+
+    A sample has every value of every list; everything has all combinations.
+    """
+    count = max(map(len, values))
+    sample = [tuple(each[index % len(each)] for each in values) for index in range(count)]
+    return pytest.mark.parametrize(names, list(product(*values)) if THOROUGH else sample)
+
+
 def every_row(
     names: str, rows: Iterable[object], ids: Iterable[str] | Callable[[object], str] = repr
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:

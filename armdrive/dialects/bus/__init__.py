@@ -32,7 +32,7 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               CiA 402: its settings are gone when it is contacted            cia402.contact
   elsewhere   out of reach twice, otherwise                                  observer
               at rest: is read off its place                                 mks, cia402.contact
-  off path    no single time offset explains all positions, at two looks     mks.contour
+  off path    no single time offset explains all positions, at two looks     mks.steering
               MKS: came to rest beyond where its stop can have led it        mks.stops
   mute        MKS: missed four polls while another drive replied             mks.observer
               MKS, braking: missed eight                                     mks.stops

@@ -6,7 +6,7 @@ table is in `dialects.bus`. Reach and following are in `intervals`. Here is one 
     from zero   as far as any order in force lets it turn since it may have restarted
 
 MKS drives are also judged by the replies that they owe, after a stop and after an outage
-(`mks.drive`), and together (`mks.observer`, `mks.contour`).
+(`mks.drive`), and together (`mks.observer`, `mks.steering`).
 
 Pure: no clock, no wire. Counts, seconds.
 """

@@ -10,9 +10,8 @@ Read in this order, after `dialects.bus`:
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls
     motion       the stages of a motion, from the first order until all drives stand
-    steering     targets along a path, updated while the drives move
+    steering     targets along a path, updated while the drives move; the drives compared with it
     paths        where drives are on their path, and what comes next on it
-    contour      the drives of a motion compared with their common path
     bursts       motion by firmware that cannot be steered
     stops        stopping, and relieving drives that push against an obstacle
     homing       the drives' own search for their switches

@@ -6,7 +6,7 @@ import random
 from functools import partial
 
 import pytest
-from amounts import amount, in_pairs
+from amounts import amount, each_value
 from driver_bench import ANSWERS, BOTH, ORDERS
 from mks_bench import (
     BURSTS,
@@ -37,8 +37,7 @@ from kinematics import Motors
 STARTS = (0, 100, -200, 4000, 5, 16384)
 
 
-@pytest.mark.parametrize("every_s", [0.04, 0.06, 0.2])
-@pytest.mark.parametrize("request_", [ReadPosition(), SwitchOn()])
+@each_value("every_s, request_", [0.04, 0.06, 0.2], [ReadPosition(), SwitchOn()])
 def test_a_program_that_is_always_late_reads_all_replies(every_s, request_):
     bench = MksBench(starts=STARTS)
     bench.begin(request_)
@@ -80,7 +79,7 @@ def comes_through(moves, late, for_s, after_s, **begins):
     assert (bench.positions - start - total(moves)).largest <= 8
 
 
-@in_pairs(
+@each_value(
     "late, for_s, after_s",
     [*HOLD_UPS, send_late, suspended],
     [0.12, 0.45],
@@ -103,13 +102,12 @@ LATE = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("moves", "late", "for_s", "after_s", "begins"), LATE)
+@pytest.mark.parametrize(("moves", "late", "for_s", "after_s", "begins"), LATE[:: amount(2, 1)])
 def test_a_short_outage_in_other_motions_blames_no_drive(moves, late, for_s, after_s, begins):
     comes_through(moves, late, for_s, after_s, **begins)
 
 
-@pytest.mark.parametrize("late", HOLD_UPS)
-@pytest.mark.parametrize("for_s", [0.2, 0.9])
+@each_value("late, for_s", HOLD_UPS, [0.2, 0.9])
 def test_a_burst_is_waited_for(for_s, late):
     bench = MksBench(starts=FAR_FROM_ZERO, settings=BURSTS).ready()
     bench.begin(BURST)
@@ -118,7 +116,7 @@ def test_a_burst_is_waited_for(for_s, late):
     check_done(bench)
 
 
-@in_pairs("settings, watchdog_s, way", [{}, BURSTS], [0.0, 0.5], [9000, 60_000])
+@each_value("settings, watchdog_s, way", [{}, BURSTS], [0.0, 0.5], [9000, 60_000])
 def test_a_program_that_is_suspended_at_the_end_blames_no_drive(way, watchdog_s, settings):
     bench = MksBench(starts=FAR_FROM_ZERO, settings={**settings, "watchdog_s": watchdog_s}).ready()
     move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
@@ -153,7 +151,7 @@ RANDOM = [
 ]
 
 
-@pytest.mark.parametrize("seed", range(amount(3, 20)))
+@pytest.mark.parametrize("seed", range(amount(2, 20)))
 @pytest.mark.parametrize(("ways", "well_s", "late_s", "lates"), RANDOM)
 def test_repeated_delays_make_no_drive_seem_elsewhere(seed, ways, well_s, late_s, lates):
     dice = random.Random(seed)
@@ -205,8 +203,7 @@ def oddities(bench):
     return [event.text for event in bench.heard if isinstance(event, ProtocolWarning)]
 
 
-@pytest.mark.parametrize("settings", [{}, BURSTS])
-@pytest.mark.parametrize("wire_s", [0.002, 0.008])
+@each_value("settings, wire_s", [{}, BURSTS], [0.002, 0.008])
 def test_a_slow_wire_causes_no_warning(wire_s, settings):
     bench = MksBench(starts=FAR_FROM_ZERO, settings=settings).ready()
     bench.heard.clear()

@@ -6,7 +6,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from amounts import every_row, in_pairs
+from amounts import each_value, every_row
 from mks_bench import (
     BURSTS,
     HOMES_RPM,
@@ -352,7 +352,7 @@ def test_without_a_watchdog_homing_is_bounded_by_the_drives_speeds_once_they_are
     assert most_s - 0.3 <= time_s <= most_s + longest_braking_s(max(rpms)) + 0.3
 
 
-@in_pairs("rpm, acceleration, died_s", [60, 600], [0, 252, 255], [0.051, 0.075, 0.09])
+@each_value("rpm, acceleration, died_s", [60, 600], [0, 252, 255], [0.051, 0.075, 0.09])
 def test_drives_stand_in_the_announced_time_after_the_host_dies_while_they_home(
     rpm, acceleration, died_s
 ):

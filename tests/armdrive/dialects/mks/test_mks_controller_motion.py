@@ -7,6 +7,7 @@ import re
 from itertools import pairwise
 
 import pytest
+from amounts import each_value
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from mks_bench import (
@@ -159,8 +160,7 @@ def test_the_next_segment_is_drawn_no_earlier_than_announced():
         assert at_s >= began_s + number * SEGMENT_S - AHEAD_S - 1e-6
 
 
-@pytest.mark.parametrize("firmware", [(1, 0, 9), (1, 0, 5)])
-@pytest.mark.parametrize("dies_s", [0.05, 0.62])
+@each_value("firmware, dies_s", [(1, 0, 9), (1, 0, 5)], [0.05, 0.62])
 def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
     bench = MksBench(firmware, {"firmware": ".".join(map(str, firmware))}).ready()
     bench.begin(along(straight(12, (15000, -3000, 1500, 0, 700, 20))))
@@ -193,8 +193,7 @@ def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
     bench.check_stands()
 
 
-@pytest.mark.parametrize("end", ["stop", "hard stop", "release"])
-@pytest.mark.parametrize("after_s", [0.05, 0.33, 0.71])
+@each_value("end, after_s", ["stop", "hard stop", "release"], [0.05, 0.33, 0.71])
 def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, after_s):
     bench, released = MksBench().ready(), []
     bench.begin(along(straight(30), jog=end == "release", released=lambda: bool(released)))
@@ -344,8 +343,7 @@ def test_drives_that_another_program_has_armed_move_all_the_same():
     assert not any(node.sim.motion.armed for node in bench.nodes[:3])
 
 
-@pytest.mark.parametrize("answer_s", [0.001, 0.02])
-@pytest.mark.parametrize("hard", [False, True])
+@each_value("answer_s, hard", [0.001, 0.02], [False, True])
 def test_an_order_that_a_drive_has_only_stored_is_not_sent_again_after_a_stop(answer_s, hard):
     bench = armed(answer_s)
     bench.begin(MoveBy(Motors((90_000, -45_000, 300, 0, 20, 0)), 30_000))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from amounts import in_pairs
+from amounts import each_value
 from mks_bench import (
     FAR_FROM_ZERO,
     MksBench,
@@ -69,7 +69,7 @@ def test_the_motion_waits_for_a_drive_that_is_behind_and_makes_progress(speed, f
     assert bench.positions == Motors(50_000 + 20 * each for each in way)
 
 
-@in_pairs(
+@each_value(
     "counts_s, poll_s, after_s",
     [9000, 30_000, 90_000],
     [0.02, 0.1, 0.2],
@@ -88,7 +88,7 @@ def test_a_blocked_shaft_is_reported_within_the_documented_time(counts_s, poll_s
     assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + LOOK_S + 4.0 * LATE_S
 
 
-@in_pairs("counts_s, after_s, paused_s", [-200, 600, -2458], [0.0, 0.3], [0.05, 0.5, 9.0])
+@each_value("counts_s, after_s, paused_s", [-200, 600, -2458], [0.0, 0.3], [0.05, 0.5, 9.0])
 def test_a_slow_drive_that_is_blocked_is_reported_also_in_a_pause(counts_s, after_s, paused_s):
     """Its targets stay near it, within its corridor, and it would spring there at any time."""
     bench, paused = MksBench(starts=FAR_FROM_ZERO).ready(), []

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.paths import Course
-from armdrive.dialects.mks.contour import ContourCheck
 from armdrive.dialects.mks.drive import MksDrive
 from armdrive.dialects.mks.observer import Observer
 from armdrive.dialects.mks.paths import SteeredPath
 from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.mks.steering import ContourCheck
 from armdrive.tasks import MoveBy
 from kinematics import Motors
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from amounts import in_pairs
+from amounts import each_value
 from driver_bench import ANSWERS, BOTH, ORDERS
 from mks_bench import (
     AHEAD_S,
@@ -43,7 +43,7 @@ def test_a_bus_that_comes_back_blames_no_drive(for_s, after_s, sides):
     check_blames_no_drive(for_s, after_s, sides)
 
 
-@in_pairs("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
+@each_value("for_s, after_s, sides", [1.4, 2.5], AFTER_S, ALL_SIDES)
 def test_a_long_outage_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
     check_blames_no_drive(for_s, after_s, sides)
 
@@ -73,7 +73,7 @@ def test_no_target_is_sent_during_an_outage(sides):
 CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)] * 8))
 
 
-@in_pairs("after_s, for_s, sides", [0.55, 0.7], [0.2, 0.7], ALL_SIDES)
+@each_value("after_s, for_s, sides", [0.55, 0.7], [0.2, 0.7], ALL_SIDES)
 def test_the_motion_continues_from_where_the_drives_are_and_cuts_no_corner(after_s, for_s, sides):
     bench = begun(CORNER, after_s)
     corners, at = [(0.0, Motors(FAR_FROM_ZERO))], Motors(FAR_FROM_ZERO)
@@ -106,7 +106,7 @@ def test_a_drive_that_is_blocked_during_an_outage_is_found():
     assert bench.now_s < 2.5
 
 
-@in_pairs("start, dead_s, after_s", [50_000, -2000, 0], [0.15, 0.7], [0.1, 0.55])
+@each_value("start, dead_s, after_s", [50_000, -2000, 0], [0.15, 0.7], [0.1, 0.55])
 def test_a_supply_of_all_drives_that_fails_for_a_moment_is_no_outage(after_s, dead_s, start):
     way = (6000, 3000, 1500, 0, 700, 20) if abs(start) > 2000 else (2500, 400, 0, 0, 0, 0)
     bench = MksBench(starts=(start,) * 6).ready()
@@ -126,22 +126,25 @@ def test_a_supply_of_all_drives_that_fails_for_a_moment_is_no_outage(after_s, de
 # -- a bus that is always slow ---------------------------------------------------------------------
 
 WELL, TOO_SLOW = "done", "the bus is too slow for this arm: answers take more than 0.1 s"
+EITHER = f"{WELL}|{TOO_SLOW}"
 LATE_ANSWERS = [
-    (0.065, WELL),
-    (0.09, WELL),
-    (0.12, f"{WELL}|{TOO_SLOW}"),
-    (0.25, TOO_SLOW),
-    (0.8, "too slow|answer|did not store its order"),
+    (0.065, 0.0, {}, WELL),
+    (0.09, 0.5, {"segment_s": 0.1}, WELL),
+    (0.09, 0.0, BURSTS, WELL),
+    (0.12, 0.5, {"poll_s": 0.2}, EITHER),
+    (0.12, 0.0, {}, EITHER),
+    (0.25, 0.5, BURSTS, TOO_SLOW),
+    (0.25, 0.0, {"segment_s": 0.1}, TOO_SLOW),
+    (0.8, 0.0, {"poll_s": 0.2}, "too slow|answer|did not store its order"),
+    (0.8, 0.5, {}, "too slow|answer|did not store its order"),
 ]
-"""How late every answer comes, and how the motion ends."""
-SLOW_SETTINGS = [{}, {"segment_s": 0.1}, {"poll_s": 0.2}, BURSTS]
+"""How late every answer comes, from when on, and how the motion ends."""
 
 
-@in_pairs("late, after_s, settings", LATE_ANSWERS, [0.0, 0.5], SLOW_SETTINGS)
+@pytest.mark.parametrize(("late_s", "after_s", "settings", "words"), LATE_ANSWERS)
 def test_a_motion_on_a_bus_that_is_always_slow_ends_by_itself_and_blames_no_drive(
-    late, after_s, settings
+    late_s, after_s, settings, words
 ):
-    late_s, words = late
     moves, start = straight(12), Motors((500_000,) * 6)
     bench = MksBench(starts=tuple(start), settings=settings).ready()
     bench.begin(MoveBy(total(moves), 60_000.0) if settings == BURSTS else along(moves))
@@ -158,7 +161,7 @@ def test_a_motion_on_a_bus_that_is_always_slow_ends_by_itself_and_blames_no_driv
 TO_AND_FRO = segments(*([(5000, -4000, 300, 0, 700, 40)] * 4 + [(-5000, 4000, -300, 0, 0, 0)] * 4))
 
 
-@in_pairs("late_s, late_host, start", [0.055, 0.08], [True, False], [-2000, 0, 300])
+@each_value("late_s, late_host, start", [0.055, 0.08], [True, False], [-2000, 0, 300])
 def test_near_zero_a_link_that_is_slow_from_the_beginning_blames_no_drive(late_s, late_host, start):
     """Where a drive that had no power would count the same, and always owes a reply."""
     bench = MksBench(starts=(start,) * 6)
@@ -183,8 +186,7 @@ def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
     return bench, paused
 
 
-@pytest.mark.parametrize("sides", ALL_SIDES)
-@pytest.mark.parametrize("after_s", [0.15, 0.45])
+@each_value("sides, after_s", ALL_SIDES, [0.15, 0.45])
 def test_an_arm_that_is_paused_during_an_outage_stands_until_it_resumes(sides, after_s):
     bench, paused = paused_in_a_hold_up(sides, after_s=after_s)
     bench.check_stands()

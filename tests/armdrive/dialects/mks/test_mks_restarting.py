@@ -10,7 +10,7 @@ import random
 import re
 
 import pytest
-from amounts import amount, in_pairs
+from amounts import amount, each_value
 from can_fault_bench import check_recovery, fail_in_motion
 from faults import arm_config, driven
 from mks_bench import (
@@ -60,7 +60,7 @@ def moving(start, speed, after_s, turns=False):
     return begun(moves, after_s, starts=(start, 50_000, 50_000, 0, 0, 0))
 
 
-@in_pairs(
+@each_value(
     "start_speed, after_s, dead_s",
     [(9000, 9000), (-3000, 9000), (0, 3000), (20_000, 3000), (20_000, -3000), (60_000, 300)],
     [0.21, 0.47],
@@ -80,7 +80,7 @@ def test_a_short_restart_is_found_and_the_drive_goes_no_farther_than_sent(
     assert bench.now_s - 1.0 < began_s + dead_s + 2.0
 
 
-@in_pairs(
+@each_value(
     "start, after_s, dead_s",
     [-20_000, 0, 20_000],
     [0.47, 0.49, 0.52],
@@ -115,8 +115,7 @@ def test_a_restart_in_a_burst_is_found(start, after_s):
     assert check_blamed(bench).kind in (AlertKind.RESTARTED, AlertKind.OFF_PATH)
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.02, 0.06])
-@pytest.mark.parametrize("start", [9000, -13])
+@each_value("after_s, start", [0.0, 0.02, 0.06], [9000, -13])
 def test_a_restart_while_the_drives_brake_is_found(start, after_s):
     bench = moving(start, 9000, 0.5)
     bench.controller.stop(hard=False)
@@ -129,8 +128,7 @@ def test_a_restart_while_the_drives_brake_is_found(start, after_s):
     assert "drive 1 (base) was reset or lost its power" in alert.text
 
 
-@pytest.mark.parametrize("hard", [False, True])
-@pytest.mark.parametrize("after_s", [0.05, 0.3, 0.9])
+@each_value("hard, after_s", [False, True], [0.05, 0.3, 0.9])
 def test_drives_that_stop_as_they_should_raise_no_alert(hard, after_s):
     check_halted(begun(straight(10), after_s, starts=(-13, 0, 0, 0, 0, 0)), hard=hard)
 
@@ -167,8 +165,7 @@ def begin_anew(bench, drives, after_s, dead_s):
         begins_anew(bench, number, after_s + number * 1e-6, dead_s)
 
 
-@pytest.mark.parametrize("start", [0, -2000, 900])
-@pytest.mark.parametrize("after_s", [0.09, 0.15])
+@each_value("start, after_s", [0, -2000, 900], [0.09, 0.15])
 def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(start, after_s):
     bench = others_at_zero(start)
     begins_anew(bench, 1, after_s)
@@ -176,7 +173,7 @@ def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(st
     check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
-@in_pairs("drives, after_s, dead_s, start", [1, 6], [0.1, 0.5], [0.15, 0.5], [-3000, 0, 60_000])
+@each_value("drives, after_s, dead_s, start", [1, 6], [0.1, 0.5], [0.15, 0.5], [-3000, 0, 60_000])
 def test_drives_that_restarted_in_a_burst_do_not_get_their_order_again(
     drives, after_s, dead_s, start
 ):
@@ -296,7 +293,7 @@ def test_a_shaft_that_slips_a_little_near_zero_is_no_restart():
     check_done(bench)
 
 
-@in_pairs("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.22])
+@each_value("start, slow, after_s", [0, -900], [60, 150], [0.16, 0.22])
 def test_a_restart_of_a_fast_drive_that_is_slow_afterwards_is_found(start, slow, after_s):
     bench = others_at_zero(start)
     fast, later = (700, 300, 0, 0, 0, 0), (slow, slow, 0, 0, 0, 0)
@@ -309,7 +306,7 @@ def test_a_restart_of_a_fast_drive_that_is_slow_afterwards_is_found(start, slow,
     check_blamed(bench, kind=AlertKind.RESTARTED)
 
 
-@in_pairs("start, after_s, dead_s", [0, -300], [0.36, 0.4], [0.06, 0.1])
+@each_value("start, after_s, dead_s", [0, -300], [0.36, 0.4], [0.06, 0.1])
 def test_two_drives_that_restart_together_as_they_arrive_are_told_from_a_silent_bus(
     start, after_s, dead_s
 ):
@@ -333,7 +330,7 @@ def check_restart_found(bench, *, hard=False):
     assert "drive 1 (base)" in alert.text
 
 
-@in_pairs("hard, start, stop_s, dead_s", [False, True], [4, -450], [0.0, 0.02], [0.1, 0.5])
+@each_value("hard, start, stop_s, dead_s", [False, True], [4, -450], [0.0, 0.02], [0.1, 0.5])
 def test_a_restart_around_a_stop_of_a_drive_that_moves_alone_is_found(hard, start, stop_s, dead_s):
     bench = others_at_zero(start)
     begins_anew(bench, 1, 0.11, dead_s)
@@ -362,7 +359,7 @@ def test_a_restart_of_all_drives_as_they_are_stopped_is_found(stop_s):
     assert len(bench.alerts()) == 2
 
 
-@in_pairs("start, after_s, dead_s", [4, -450], [-0.02, 0.005, 0.02], [0.08, 0.1, 0.14])
+@each_value("start, after_s, dead_s", [4, -450], [-0.02, 0.005, 0.02], [0.08, 0.1, 0.14])
 def test_a_short_power_cut_while_all_drives_brake_near_zero_is_found(start, after_s, dead_s):
     """Since none of them stands, none shows that the bus still works."""
     bench = MksBench(starts=(start,) * 6).ready()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from amounts import in_pairs
+from amounts import each_value
 from driver_bench import ANSWERS
 from mks_bench import AHEAD_S, MksBench, along, begun, check_halted, requests, segments, straight
 
@@ -36,8 +36,7 @@ def is_stop(frame):
     return isinstance(decode_request(frame), Stop | EmergencyStop)
 
 
-@pytest.mark.parametrize("hard", [False, True])
-@pytest.mark.parametrize("number", [4, 5])
+@each_value("hard, number", [False, True], [4, 5])
 def test_the_other_motor_of_a_joint_is_not_left_running(number, hard):
     lost = []
 
@@ -181,7 +180,7 @@ FASTER_THAN_SLOW = segments(*([(3000, -900, 0, 0, 0, 0)] * 3 + [(60, -20, 0, 0, 
 SLOW_AT_THE_END = [segments(*([FAST] * 5 + [SLOW] * tail)) for tail in (0, 1, 4)]
 
 
-@in_pairs(
+@each_value(
     "later_s, lost, moves",
     [0.02, 0.12, 0.25],
     [(0.02, 0.4), (0.2, 0.65), (0.5, 0.75)],
@@ -192,7 +191,7 @@ def test_a_drive_that_lost_orders_stops_as_soon_as_announced(moves, lost, later_
     assert took_s <= announced_s + LOOK_S
 
 
-@in_pairs(
+@each_value(
     "count, dies, read_s",
     [9000, 3000, 1500],
     [(0.35, 0.045), (0.39, 0.045), (0.45, 0.02)],
