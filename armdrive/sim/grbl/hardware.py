@@ -198,7 +198,7 @@ class OutputFingers:
         """Send the fingers to the opening that their output commands."""
         build = self._build
         value = self._outputs.value(build.fingers)
-        if value is None or self._world.body.transmission.has_gripper:
+        if value is None:
             return
         low, high = build.opening_mm
         self._opening_mm = low + (high - low) * build.fingers.share(value)

@@ -30,6 +30,7 @@ from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.parts import assemble, connect_simulated
+from armdrive.dialects.grbl.contact import MODES
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import home_device
@@ -597,11 +598,12 @@ def test_outputs_and_a_servo_come_back_after_a_stop():
 
 
 @pytest.mark.parametrize(
-    ("valve", "firmware"), [("flood", "mega5x"), ("mist", "mega5x"), ("P0", "grblhal")]
+    ("valve", "firmware", "closes"),
+    [("flood", "mega5x", True), ("mist", "mega5x", False), ("P0", "grblhal", True)],
 )
-def test_a_gripper_on_a_valve_opens_and_closes(valve, firmware):
+def test_a_gripper_on_a_valve_opens_and_closes(valve, firmware, closes):
     other = "flood" if valve == "mist" else "mist"
-    device = {"outputs": (other, valve), "gripper_output": 1}
+    device = {"outputs": (other, valve), "gripper_output": 1, "gripper_closes": closes}
     arm = ready(config(gripper="output", device=device), firmware=firmware)
     arm.gripper.open(76.0)
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
@@ -817,12 +819,14 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
 # A damaged answer to `$I`: a line has no checksum.
 
 
-@pytest.mark.parametrize("ring", [b"12", b"65536", b"0", b"2", b"28"][: amount(2, 5)])
-def test_a_damaged_buffer_size_blocks_no_motion(ring):
-    told = instead(b"[OPT:V,15," + ring + b"]\r\n")
-    arm = as_it_stands(over(Rule(rb"\[OPT", told, times=99), firmware="grbl"))
-    arm.move_j(base_deg=10, elbow_deg=arm.joints.deg["elbow"] + 5, wait=False).wait(20.0)
-    assert arm.twin.world.motors == arm.status.read_back
+def test_a_board_with_a_small_planner_is_sent_no_more_lines_than_it_holds():
+    arm = as_it_stands(over(Rule(rb"\[OPT", instead(b"[OPT:V,3,128]\r\n"), times=99)))
+    handle, most = arm.move_j(base_deg=10, wait=False), 0
+    while not handle.done:
+        arm.sleep(0.01)
+        most = max(most, arm.twin.board.drive.rack.waiting)
+    assert most == 3
+    assert standing_as_said(arm)
 
 
 @pytest.mark.parametrize("letters", [b"XYZABV", b"XYZABQ", b""])
@@ -1040,6 +1044,10 @@ def test_a_second_greeting_shows_that_the_board_has_restarted(firmware):
     arm.twin.board.reset()
     arm.sleep(2.0)
     assert arm.status.trust is Trust.SUSPECT
+    arm.reset()
+    arm.twin.link.sent.clear()
+    arm.jog_j(base_deg=1)
+    assert MODES.text.encode() + b"\n" in arm.twin.link.messages  # the board has forgotten them
 
 
 def test_a_greeting_of_a_silent_board_during_its_reset_makes_it_suspect():
