@@ -20,7 +20,7 @@ from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import CanAddress, is_can, scheme
-from armdrive.transports.ports import PSEUDO_TERMINALS, PortInfo, holder, owning_group, refusal
+from armdrive.transports.ports import PSEUDO_TERMINALS, PortInfo, holder, refusal
 
 # Which arm files a port belongs to, and which armdrive program has it open.
 
@@ -230,7 +230,7 @@ def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
             return info
     readable = os.name != "posix" or os.access(port, os.R_OK | os.W_OK)
     held = None if real.startswith(PSEUDO_TERMINALS) else holder(real)
-    return PortInfo(port, holder=held, readable=readable, group=owning_group(real))
+    return PortInfo(port, holder=held, readable=readable)
 
 
 def _in_use(port: str, arm: str) -> Finding:

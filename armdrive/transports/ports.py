@@ -127,9 +127,8 @@ class PortInfo:
     """One serial port. Unknown fields are empty or None.
 
     `vid` and `pid` are the USB vendor and product ids. `holder` is the program that has the port
-    open, if that is visible. `readable` is whether this user may read and write the port, and
-    `group` the group whose members may. `stable_name` stays the same if the port is plugged in
-    elsewhere.
+    open, if that is visible. `readable` is whether this user may read and write the port.
+    `stable_name` stays the same if the port is plugged in elsewhere.
     """
 
     device: str = ""
@@ -140,7 +139,6 @@ class PortInfo:
     manufacturer: str | None = None
     holder: PortHolder | None = None
     readable: bool = True
-    group: str | None = None
     stable_name: str | None = None
 
     @property
@@ -159,7 +157,6 @@ def list_ports() -> tuple[PortInfo, ...]:
             each,
             holder=held.get(each.device),
             readable=os.name != "posix" or os.access(each.device, os.R_OK | os.W_OK),
-            group=owning_group(each.device),
             stable_name=stable.get(os.path.realpath(each.device)),
         )
         for each in found

@@ -17,7 +17,7 @@ from armdrive.transports import udp
 from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import AbsentLink
 from armdrive.transports.opening import open_link
-from armdrive.transports.ports import PortInfo, device_names, list_ports, owning_group
+from armdrive.transports.ports import PortInfo, device_names, list_ports
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
 
@@ -264,7 +264,7 @@ def adapter(tmp_path, monkeypatch):
 
 def test_ports_are_listed_by_name_with_what_is_known(adapter):
     bare, usb = list_ports()
-    assert bare == PortInfo(str(adapter[1]), group=owning_group(str(adapter[1])))
+    assert bare == PortInfo(str(adapter[1]))
     assert (usb.device, usb.description) == (str(adapter[0]), "USB2.0-Serial")
     assert (usb.vid, usb.pid, usb.manufacturer) == (0x1A86, 0x7523, "QinHeng")
     assert usb.readable
