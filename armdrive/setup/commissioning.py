@@ -127,6 +127,7 @@ def commission(
             left_out.append(drive.name)
         else:
             currents_ma[drive.name] = current_ma
+    # drives that were left out cannot answer, and are named already
     missing = () if left_out else ask_together(dialog, plan)
     return CommissioningOutcome(currents_ma, tuple(left_out), missing)
 
@@ -169,11 +170,13 @@ def commission_drive(
     if at_hand.ready_ma and not again:
         dialog.say("It has its id and its settings: nothing to do.")
         return at_hand.ready_ma
+    # the current first: without enough of it, a calibration never ends
     current_ma = at_hand.settle()
     calibrated = at_hand.calibrate()
     at_hand.offer_zero()
     if not (current_ma and calibrated):
         return None
+    # last, since only a calibrated motor turns as it is told
     at_hand.try_watchdog()
     return current_ma
 

@@ -41,6 +41,7 @@ class Interview:
     @property
     def question(self) -> Question | None:
         """The next question; None when all are answered."""
+        # the rows are gone through lazily: those behind the open question depend on its answer
         draft = self.draft
         asked = (each for row in ROWS for each in row.questions(draft))
         return next((each for each in asked if each.key not in self._answers), None)
@@ -63,6 +64,7 @@ class Interview:
             except WrongAnswer as wrong:
                 if self._strict:
                     raise BadRequest(f"the answer {question.key}: {wrong}") from None
+                # a finding of the survey that does not fit is asked for like any other
                 del self._given[question.key]
 
     def back(self) -> str | None:

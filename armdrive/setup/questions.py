@@ -87,6 +87,7 @@ class ArmRow:
                 words,
                 self.why,
                 controllers_reader(draft, self.place, read),
+                # the template knows the arm better than the row does
                 draft.usual_answers.get(key, usual),
                 self.choices(draft),
                 key,
@@ -415,6 +416,7 @@ def _nodes(draft: Draft) -> Reader:
 
 
 ROWS = (
+    # the arm and its wire: the template decides most of the defaults below
     ArmRow(
         "name", "What is the arm called?",
         "The arm file gets this name, and every command takes it: armdrive status --arm NAME.",
@@ -465,6 +467,7 @@ ROWS = (
         "DTR stays up between programs, only the first opening resets it.",
         fixed(yes_or_no), "yes", when=_resets, place="connection.", put=_kept_dtr,
     ),
+    # geometry: the lengths of a preset, or a model file
     ArmRow(
         "measured", "Have you measured this arm's lengths and steps?",
         "They are not published. Without your numbers joints can be jogged, but Cartesian motion "
@@ -496,6 +499,7 @@ ROWS = (
         "one.",
         fixed(read_links), when=_own_links,
     ),
+    # motors: what makes steps of angles; for a preset with its own motors all of it is known
     ArmRow(
         "motors", "Which motors does it have?",
         "Steps per turn of a joint convert angles into motor steps.",
@@ -522,6 +526,7 @@ ROWS = (
         "A gearbox as 20:1, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
         fixed(ratio), when=_asks_gears, each=lambda draft: draft.motors,
     ),
+    # a question with `keep` spares those behind it, one for each joint
     ArmRow(
         "limits.keep", "Keep the known limits of the joints?",
         "The mechanical range; no motion is planned beyond it.", fixed(yes_or_no),
@@ -545,6 +550,7 @@ ROWS = (
         when=lambda draft: not _keeps("speeds", draft),
         each=lambda draft: draft.joints, place="speeds_deg_s.{one}",
     ),
+    # the gripper: only the kinds that this controller can still move
     ArmRow(
         "gripper.kind", "What moves the gripper?",
         "A coupled stepper is the Mini-mover's: its cable passes over the elbow.",
@@ -574,6 +580,7 @@ ROWS = (
         "fingers.speed", "How fast do the fingers open, in mm a second?", "Begin low.",
         default="10", when=_has_fingers, place="fingers.speed_mm_s",
     ),
+    # where the arm finds its position: by switches, or at a posture
     ArmRow(
         "homing.own", "Does the arm home by its own switches?",
         "The controller then drives each motor to its switch when `armdrive home` asks for it.",
@@ -612,6 +619,7 @@ ROWS = (
         "Where `armdrive move --park` goes. A sixth number is the yaw of an arm with six joints.",
         _posture, "none", place="park.", put=_posture_entries,
     ),
+    # directions, and which axis or node drives which motor: wiring, so it comes last
     ArmRow(
         "reversed.motors", "Which motors count the other way? (names with commas, or none)",
         "The other way than the template has it. `armdrive config signs NAME` finds them out: each "

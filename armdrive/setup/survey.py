@@ -177,6 +177,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
     count = len(traffic.passing)
     if not count:
         return [ok(f"nothing passed in {seconds:g} s, so asking disturbs no other program")]
+    # the longest that each frame can be on the wire: a load that is too low would be no warning
     bits = sum(map(frame_bits, traffic.passing))
     load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
     what = f"{counted(count, 'frame')} passed in {seconds:g} s{load}"
@@ -367,6 +368,7 @@ def survey_port(
     that is the expected one the settings are compared, and written if `agree` allows it.
     """
     only_baud = _only_baud(config, baud)
+    # an arm's name and its port are both locked: another program may know only one of them
     with hold(report.port if config is None else config.name, report.port):
         found = prober.examine_port(report.port, only_baud)
     report.add(of_examination(found, only_baud, None if config is None else config.connection))

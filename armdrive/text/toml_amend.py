@@ -48,6 +48,8 @@ def amended(text: str, changes: Iterable[Change]) -> str:
         for change in changes:
             _put(found, change)
             _put_plain(wanted, change)
+        # read back, and compared with the same changes made to plain data: tomlkit puts some keys
+        # of unusual layouts into the wrong table
         after = found.as_string()
         whole = tomllib.loads(after) == wanted
     except (TOMLKitError, ValueError, LookupError, TypeError, AttributeError):

@@ -39,6 +39,7 @@ PRESSED = "press the switches of a real arm"
 @contextlib.contextmanager
 def trial_arm(config: ArmConfig, *, simulated: bool) -> Iterator[Arm]:
     """Open an arm for a trial, with its motors as they are."""
+    # as it is: `with arm` would switch the motors on before anyone has agreed
     open_arm = parts.connect_simulated if simulated else parts.connect_real
     with contextlib.closing(Arm(open_arm(config))) as arm:
         yield arm

@@ -31,7 +31,7 @@ TYPED = {"name": ", or write `armdrive config new NAME`", "template": ", or add 
 def new(options: argparse.Namespace) -> Result:
     """Interview, show, ask, write."""
     given = _given(options)
-    require_writable(arm_files())
+    require_writable(arm_files())  # before forty questions, and not after them
     silent = options.yes or options.answers is not None
     if as_json(options) and not silent:
         raise BadRequest("--json asks no questions: add --answers FILE or --yes")
