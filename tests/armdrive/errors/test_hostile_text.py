@@ -377,7 +377,6 @@ def test_the_words_of_an_adapter_are_not_printed_raw(call, text, monkeypatch):
         serial_number=text,
         manufacturer=text,
         holder=PortHolder(1234, text),
-        group=text,
         stable_name=text,
     )
     for module in (ports, ports_command):
