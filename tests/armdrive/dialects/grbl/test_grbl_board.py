@@ -336,7 +336,7 @@ ONE_BY_ONE = ((3,), (2,), (1,), (4, 5))
 """All motors but the last: FluidNC would stay locked, because axis C is not homed."""
 
 
-@in_pairs("firmware, groups", HOME_SINGLE_AXES, [(), ONE_BY_ONE])
+@in_pairs("firmware, groups", HOME_SINGLE_AXES, [ONE_BY_ONE, ()])
 def test_homing_ends_where_the_arm_file_says(firmware, groups):
     arm = found(homing_config(groups), firmware=firmware)
     arm.home()
@@ -948,7 +948,7 @@ def homing(firmware, for_s=1.0, **values):
     return arm, task
 
 
-@in_pairs("firmware, what", HOME_SINGLE_AXES, [rb"\x18", "message", "nothing"])
+@in_pairs("firmware, what", HOME_SINGLE_AXES, [rb"\x18", "nothing", "message"])
 def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, what):
     arm, task = homing(firmware)
     assert arm.twin.device.moving
