@@ -214,6 +214,7 @@ class Cia402Drive:
     def watch(self) -> None:
         """Begin a motion: judge the drive by its reports from now on."""
         self.shaft.watch()
+        self.near, self.off_s = 0, math.inf
         self.last_fall, self.error = None, ""
 
     def recover(self) -> None:
