@@ -186,13 +186,13 @@ class Cia402Drive:
     def order(self, goal: int, speed_hz: float, slope_hz_s: float, now_s: float) -> None:
         """Record an order."""
         if goal != self.shaft.goal:
-            self.near = 0
+            self.near = 0  # what it was near before says nothing of whether it got this target
         self.shaft.order(goal, speed_hz, slope_hz_s, now_s)
 
     def offer(self, set_point: int) -> None:
         """Begin to hand it a set-point, in profile position mode."""
         self.set_point, self.handshake = set_point, canopen.SetPointHost()
-        if self.word is not None:
+        if self.word is not None:  # saves a cycle if it is ready for a set-point already
             self.handshake.receive(self.word)
 
     def note_error(self, event: canopen.Emergency) -> str:

@@ -290,6 +290,7 @@ class DriveStates:
         """
         if self.io.group.is_cyclic:
             return
+        # only a rising edge of bit 4 counts, so each handshake begins anew and runs to its end
         for drive in drives:
             drive.offer(drive.shaft.count)
         yield from self._repeat(
@@ -402,6 +403,7 @@ class ObjectTransfers:
             answers = yield from self._ask_all(asked, tries, given_up)
             if given_up():
                 break
+            # a constant cannot be written, but may have the wanted value already: read it
             refused = {
                 node: job
                 for node, job in asked.items()
@@ -426,7 +428,7 @@ class ObjectTransfers:
         def is_over() -> bool:
             return given_up() or left <= inbox.keys()
 
-        for node in jobs:
+        for node in jobs:  # what an earlier transfer was answered is no answer to this one
             self.io.write(self.io.bus.abandon(node))
             inbox.pop(node, None)
         for tried in range(1, tries + 1):

@@ -284,6 +284,7 @@ class MotionRun:
     def _hold(self) -> Script[None]:
         """Make each drive hold where it stands, and reply why the motion ended."""
         braking, unstopped = self._braking, None
+        # a drive that sends no PDOs would show no state on the way out of its quick stop
         reporting = [drive for drive in braking.standing if drive not in self.missing]
         standing = [drive for drive in reporting if drive.operates]
         try:
@@ -431,6 +432,7 @@ class Cia402Braking(Braking[Cia402Drive]):
         if now_s < run.due_s:
             return run.due_s
         for drive in self.left:
+            # by SDO too if it sends no reports: it may have left operation unheard
             if not drive.operates or drive.missed >= LOST_CYCLES:
                 self._ask(drive)
             if drive.operates and drive.state in NEEDS_STOP:

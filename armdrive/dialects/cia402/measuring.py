@@ -173,7 +173,7 @@ def _unit(
         readings = yield from _prompt_turn(io, drive, away, home)
         low, high = (share * distance for share in quantity.shares)
         timed = [each for each in readings if low <= each[1] <= high]
-        if readings[-1][1] < high:
+        if readings[-1][1] < high:  # its time was over before
             number *= GROWTH
             if number > LARGEST_NUMBER:
                 raise Obstructed(RequestRejected(quantity.unreached))

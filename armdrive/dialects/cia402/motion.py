@@ -132,7 +132,7 @@ def stream(io: Cia402Exchange, request: MoveAlong) -> Script[Reply]:
     run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
     try:
         reply = yield from run.carry_out(Phase.MOVING, CyclicTargets(run, trip), REST_CYCLES)
-    finally:
+    finally:  # also if the request is abandoned
         io.underruns += trip.underruns
     return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
@@ -247,7 +247,7 @@ def burst(
     if io.stop_asked or released():
         return Halted()
     yield from io.states.offer(goals)
-    if io.stop_asked:
+    if io.stop_asked:  # the last chance: the next SYNC starts them
         return Halted()
     for drive, part in parts.items():
         speed_hz, slope_hz_s = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
