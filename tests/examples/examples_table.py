@@ -21,7 +21,6 @@ _ONE = {**_ROW, "repeat 2 as column": "repeat 1 as column"}
 _ONLY_TEACHMOVER = dict.fromkeys(set(DIALECTS) - {"teachmover"})
 """Every day, other dialects show the same with `stacking.arm` or `circle.py`."""
 _SMALL = {"SPEED = 0.5": "SPEED = 1.0", "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
-_AND_AWAY = "    arm.move_l(on_circle(180, above_mm=UP_MM))\n    arm.park()\n"
 
 _ROWS = {
     "A": (230.0, -30.0, 0.0),
@@ -52,8 +51,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
         beside_mm=worlds.beside_circle_mm,
-        shorter={"robko01": Form(15.0, _SMALL), "grbl": None, "mks": None,
-                 "cia402": Form(15.0, {**_SMALL, _AND_AWAY: ""})},
+        shorter={"robko01": Form(15.0, _SMALL), "grbl": None, "mks": None, "cia402": None},
     ),
     Example(
         "lettering.py", "a word, with a pen", Form("ARM"), worlds.letters,

@@ -28,7 +28,8 @@ from . import worlds
 from .examples_table import COMMAND, EXAMPLES, amounts, cell, table, told, with_table
 from .on_arms import FOLDER, PUT, run_example
 
-SCRIPTS = sorted(FOLDER.glob("*.py"))
+SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if THOROUGH or path.name not in EXAMPLES)
+"""Every day those that no other test runs."""
 
 
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)

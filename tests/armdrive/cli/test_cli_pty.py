@@ -32,10 +32,10 @@ def arm_on(sim) -> tuple[str, ...]:
 
 
 class Moving:
-    """`armdrive move` in a process of its own, on a way of many seconds, seen to move."""
+    """`armdrive move` in a process of its own, on a way of a minute, seen to move."""
 
     def __init__(self, sim: Served) -> None:
-        words = ["move", "--base", "80", "--speed", "20%", "--allow-restored", *arm_on(sim)]
+        words = ["move", "--base", "80", "--speed", "5%", "--allow-restored", *arm_on(sim)]
         self.process = HostedCommand(*words)
         sim.watch.wait_until_moving()
 

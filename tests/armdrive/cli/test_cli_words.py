@@ -155,6 +155,7 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         (["sim", "teachmover"], "required"),
         (["sim", "teachmover", "--pty", "x", "--baud", "0"], "'0' is not a whole number above 0"),
         (["demo", "--nonsense"], "--nonsense"),
+        (["demo", "--pace", "0"], "--pace FACTOR: '0' is not above 0"),
         (["move", "--sped=2"], "there is no option --sped (did you mean --speed?)"),
         (["move", "-sped=2"], "there is no option -sped (did you mean --speed?)"),
         (["doctor", "--fresh"], "there is no option --fresh; type"),

@@ -74,6 +74,7 @@ WRONG = [
     ("move joints(base 0)", 6, "shoulder, elbow, wrist_pitch, wrist_roll missing"),
     ("move taught(3)", 13, "a text is needed here, not a number"),
     ('if "a" == "a"\nend', 8, "texts cannot be compared"),
+    ("if input(1) == above(pick, 1)\nend", 16, "on or off is needed here, not a place"),
     ("if pick == tray\nend", 9, "places cannot be compared"),
     # names
     ("speed = 3", 1, "`speed` is a word of the language: give the value another name"),

@@ -210,6 +210,18 @@ def test_a_run_restored_at_any_act_has_the_same_rest(body, part, data):
     assert rest(again, at)[: len(whole) - at] == whole[at:]
 
 
+def test_every_two_operators_are_written_with_the_brackets_that_they_need():
+    x = Name("x")
+    pairs = [
+        Use(name, (inner, x) if left else (x, inner))
+        for name in SIGNS
+        for inner in (*(Use(other, (x, x)) for other in SIGNS), Use("not", (x,)), negative(x))
+        for left in (True, False)
+    ]
+    tree = Tree(tuple(Assign("x", pair) for pair in pairs))
+    assert parse(unparse(tree)) == tree
+
+
 TIDY = """# Fetch it.
 point pick = at(250, 0, 60, -90)  # over the tray
 

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from itertools import count
+from itertools import count, pairwise
 
 import pytest
 from amounts import THOROUGH, every_row
@@ -86,9 +86,7 @@ def test_a_real_arm_that_homes_is_rehearsed_although_a_board_like_its_own_starts
     require_rehearsed(rehearse(seen, RunPlan(Script((ready(),)))), anyway=False)
 
 
-@pytest.mark.parametrize(
-    "dialect", DIALECTS if THOROUGH else ["teachmover", "robko01", "grbl", "mks"]
-)
+@pytest.mark.parametrize("dialect", DIALECTS if THOROUGH else ["teachmover", "mks"])
 def test_a_rehearsal_takes_as_long_as_the_run(dialect):
     arm = table_arm(dialect)
     before = arm.twin.save()
@@ -335,6 +333,7 @@ def test_a_suspect_position_is_assumed_right_if_that_is_allowed():
 def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
     arm = table_arm("teachmover")
     path = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR)), traced=True).path
+    assert all(math.dist(a, b) > 0.5 for a, b in pairwise(path))
     assert path[0] == pytest.approx((arm.pose.x_mm, arm.pose.y_mm, arm.pose.z_mm), abs=0.5)
     assert path[-1] == pytest.approx((127, 0, 30), abs=1)
     lowest = min(z for _, y, z in path if y > 15)

@@ -96,7 +96,7 @@ def test_an_uninterrupted_program_leaves_no_journal(arm, path):
 
 @pytest.mark.parametrize(
     ("number", "when"),
-    [*((act, "begins") for act in ACTS), (1, "ended"), (3, "ended"), (9, "ended")],
+    [*((act, "begins") for act in ACTS[:: amount(2, 1)]), (1, "ended"), (3, "ended"), (9, "ended")],
 )
 def test_a_program_killed_at_any_act_resumes_and_ends_the_same(arm, path, number, when):
     script = killed(arm, path, number, when)
@@ -108,7 +108,9 @@ def test_a_program_killed_at_any_act_resumes_and_ends_the_same(arm, path, number
     assert machine.answers[2] == pytest.approx(30, abs=1)
 
 
-@pytest.mark.parametrize("number", [n for n in ACTS if travels(PICK_AND_PLACE[n - 1])])
+@pytest.mark.parametrize(
+    "number", [n for n in ACTS if travels(PICK_AND_PLACE[n - 1])][:: amount(2, 1)]
+)
 def test_a_program_stopped_in_motion_resumes_from_there(arm, path, number):
     script = Script(PICK_AND_PLACE)
 
@@ -123,7 +125,7 @@ def test_a_program_stopped_in_motion_resumes_from_there(arm, path, number):
     assert machine.answers[2] == pytest.approx(30, abs=1)
 
 
-TIMES = amount(7, 28)
+TIMES = amount(5, 28)
 
 
 @pytest.mark.parametrize("after_s", [0.2 + 26.6 * number / TIMES for number in range(TIMES)])
@@ -289,7 +291,7 @@ def run(tmp_path):
     return carried_out
 
 
-@pytest.mark.parametrize("dialect", DIALECTS if THOROUGH else ["robko01", "grbl", "mks"])
+@pytest.mark.parametrize("dialect", DIALECTS if THOROUGH else ["robko01", "mks"])
 def test_a_program_that_was_killed_or_stopped_resumes_and_reaches_its_goal(dialect, run):
     arm = homed(dialect)
     end = arm.model.arm.ik(down(145, -15, 30)).angles_rad

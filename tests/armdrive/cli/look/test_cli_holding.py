@@ -28,6 +28,7 @@ from armdrive.runtime.engine import Engine
 from armdrive.sim.wire import MemoryLink
 from armdrive.status import State, Trust, rounded_up, status_view
 from armdrive.storage import arm_lock
+from armdrive.storage.lock_client import WATCH_EVERY_S
 
 ARM = "sim:teachmover"
 
@@ -117,6 +118,7 @@ def test_the_holder_is_asked_on_a_disk_that_has_become_read_only(call, held, mon
 
 def test_looks_at_a_held_arm_take_time(call, held):
     assert "not above 0" in call.refused("watch", "--every", "0", code=2)
+    assert f"(default {WATCH_EVERY_S:g})" in call("watch", "--help", code=0).out
 
 
 def test_a_stop_from_outside_ends_a_motion(call, held):
