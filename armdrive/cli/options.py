@@ -202,16 +202,25 @@ def add_options(
 ) -> None:
     """Add the arguments and options that stand in the docstring of a function.
 
-    They stand below a heading such as `Options:`, a line each, as people type them, with their help
-    two spaces or more to the right or in deeper lines below:
+    They stand below a heading, a line each, as people type them, with their help two spaces or more
+    to the right, or in deeper lines below:
 
-        --speed SPEED     a fraction of the limits
-        --pace FACTOR     run it this many times as fast as real time
-        --plot [FILE]     draw the path, into a file or here
+        Operands:
+          JOINT ...        at least one; [JOINT ...] may be none, [FILE] one or none
 
-    `values` says of which kind a value is, as the table `VALUES` does, by its name or by its whole
-    option. Percent signs need no doubling, and `%(default)g` is what argparse makes of it.
+        Options:
+          --line            without a value
+          --speed SPEED     a fraction of the limits
+          --plot [FILE]     draw the path, into a file or here
+          --set NAME=VALUE  a list of values, because its help ends so: may be repeated
+
+    Of options below `One of:` only one may be given, those below `Required:` have to be. Any other
+    heading is that of a group in the help. `values` says of which kind a value is, as the table
+    `VALUES` does, by its name or by its whole option. Percent signs need no doubling;
+    `%(default)g` and `%(choices)s` are what argparse makes of them.
     """
+    if declared.__doc__ is None:
+        raise BadRequest("the options of commands stand in docstrings: run Python without -OO")
     kinds = {**VALUES, **values}
     for part in _paragraphs(declared):
         found = _OPTIONS.fullmatch(part)
@@ -256,10 +265,12 @@ def _add_option(
     if found is None:
         raise ValueError(f"{typed!r} is no option: two spaces stand before its help")
     option, maybe, value, more = found.group("option", "maybe", "value", "more")
+    # argparse formats a help with %: `%(default)g` is meant so, all else is a percent sign
     words: dict[str, Any] = {"help": re.sub(r"%(?!\()", "%%", meaning)}
     if not value:
         into.add_argument(option, action="store_true", **words)
         return
+    # the whole option first: `--assume-width MM` is above 0, other MM are any number
     kind = kinds.get(typed, kinds.get(value))
     if callable(kind):
         words["type"] = kind
@@ -269,7 +280,7 @@ def _add_option(
         words["nargs"] = ("*" if maybe else "+") if more else "?"
     if option is None:
         if more and maybe:
-            words["default"] = []
+            words["default"] = []  # without it, argparse names the argument among missing ones
         into.add_argument(value.lower() + "s" * bool(more), metavar=value, **words)
         return
     if maybe:
