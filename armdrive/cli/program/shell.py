@@ -12,8 +12,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from types import FrameType, ModuleType, TracebackType
-from typing import NoReturn, Self
+from types import ModuleType
 
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import enable_if_settled
@@ -57,62 +56,36 @@ BREAKS = ' \t\n(),=+-*/<>%"'
 """What stands between two words."""
 
 
-class TypedLines:
-    """Asks for lines. `words` is what there is to complete now."""
+@contextlib.contextmanager
+def completed_lines(words: Callable[[], Sequence[str]]) -> Iterator[None]:
+    """Give typed lines a history and completion, where this system has readline.
 
-    def __init__(self, words: Callable[[], Sequence[str]]) -> None:
-        self.interrupted = ""
-        self._words = words
-        self._found: list[str] = []
+    `words` returns what there is to complete now.
+    """
+    if READLINE is None:
+        yield
+        return
+    found: list[str] = []
 
-    def __enter__(self) -> Self:
-        if READLINE is not None:
-            _prepare(READLINE, self._complete)
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if READLINE is not None:
-            with contextlib.suppress(OSError):  # a full disk keeps no history, and nothing worse
-                _write_history(READLINE)
-            READLINE.set_completer(None)
-
-    def read(self, prompt: str) -> str | None:
-        """Return the next line; None at the end of the input.
-
-        Raises `KeyboardInterrupt`; then `interrupted` is what had been typed.
-        """
-        before = signal.signal(signal.SIGINT, self._interrupt)
-        try:
-            return input(prompt)
-        except EOFError:
-            return None
-        finally:
-            signal.signal(signal.SIGINT, before)
-
-    def _interrupt(self, number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG002
-        self.interrupted = "" if READLINE is None else READLINE.get_line_buffer()
-        raise KeyboardInterrupt
-
-    def _complete(self, text: str, state: int) -> str | None:
-        """Return the next word that goes on like this one, as readline asks for them."""
+    def complete(text: str, state: int) -> str | None:
+        """Return the next word that begins like this one, as readline asks for them."""
         if state == 0:
             low = text.lower()
-            self._found = sorted({each for each in self._words() if each.lower().startswith(low)})
-        return self._found[state] if state < len(self._found) else None
+            found[:] = sorted({each for each in words() if each.lower().startswith(low)})
+        return found[state] if state < len(found) else None
 
-
-def _prepare(readline: ModuleType, complete: Callable[[str, int], str | None]) -> None:
-    _read_history(readline)
-    readline.set_history_length(MOST_LINES)
-    readline.set_completer_delims(BREAKS)
-    readline.set_completer(complete)
-    libedit = "libedit" in (readline.__doc__ or "")
-    readline.parse_and_bind("bind ^I rl_complete" if libedit else "tab: complete")
+    _read_history(READLINE)
+    READLINE.set_history_length(MOST_LINES)
+    READLINE.set_completer_delims(BREAKS)
+    READLINE.set_completer(complete)
+    libedit = "libedit" in (READLINE.__doc__ or "")
+    READLINE.parse_and_bind("bind ^I rl_complete" if libedit else "tab: complete")
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):  # a full disk keeps no history, and nothing worse
+            _write_history(READLINE)
+        READLINE.set_completer(None)
 
 
 def _read_history(readline: ModuleType) -> None:
@@ -301,75 +274,40 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
 def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     """Take lines at a prompt until the person leaves."""
     terminal = ShellTerminal(arm, options, typing=True)
-    with TypedLines(lambda: known_words(terminal.shell)) as lines:
+    with completed_lines(lambda: known_words(terminal.shell)):
         put("`help` lists the words; Ctrl-D or `quit` leaves\n")
-        _PromptLoop(terminal, lines).run()
+        told = ""
+        with contextlib.suppress(Left):
+            while True:
+                told = _tell_news(arm, told)
+                _take_typed(terminal)
     return 0
 
 
-class _PromptLoop:
-    """Asks for line after line, and shows what went wrong without ending."""
-
-    def __init__(self, terminal: ShellTerminal, lines: TypedLines) -> None:
-        self._terminal = terminal
-        self._shell = terminal.shell
-        self._lines = lines
-        self._leaving = False
-        self._told = ""
-
-    def run(self) -> None:
-        """Take lines until the person leaves."""
-        while True:
-            self._tell_news()
-            session = self._shell.session
-            try:
-                text = self._lines.read(MORE if session.unfinished else PROMPT)
-            except KeyboardInterrupt:
-                if self._left_by_interrupt():
-                    return
-                continue
-            self._leaving = False
-            if text is None:
-                put("\n")
-                if not session.unfinished:
-                    return
-                session.abandon()
-            elif not self._took(text):
-                return
-
-    def _left_by_interrupt(self) -> bool:
-        """Forget the line, then the block; Ctrl-C twice where there is neither leaves."""
+def _take_typed(terminal: ShellTerminal) -> None:
+    """Take what is typed next, or pasted, and show what went wrong. Raises `Left` at the end."""
+    session = terminal.shell.session
+    try:
+        text = input(MORE if session.unfinished else PROMPT)
+        for line in text.splitlines() or [""]:
+            terminal.take(line)
+    except EOFError:  # Ctrl-D leaves the block first
         put("\n")
-        session = self._shell.session
-        anything = bool(self._lines.interrupted) or session.unfinished
+        if not session.unfinished:
+            raise Left from None
         session.abandon()
-        if anything:
-            self._leaving = False
-            return False
-        if self._leaving:
-            return True
-        self._leaving = True
-        put("Ctrl-C again leaves, as `quit` does\n")
-        return False
+    except KeyboardInterrupt:  # nothing moves: a running entry catches Ctrl-C itself
+        put("\n")
+        session.abandon()
+    except (ArmError, KinematicsError, OSError) as error:
+        forget_typed()  # the rest of what was pasted goes on from a line that failed
+        terminal.complain(error)
 
-    def _took(self, text: str) -> bool:
-        """Take what was typed, or pasted; return False where that leaves the prompt."""
-        try:
-            for line in text.splitlines() or [""]:
-                self._terminal.take(line)
-        except Left:
-            return False
-        except (ArmError, KinematicsError, OSError) as error:
-            forget_typed()  # the rest of what was pasted goes on from a line that failed
-            self._terminal.complain(error)
-        except KeyboardInterrupt:  # while no arm was there to stop
-            put("\n")
-        return True
 
-    def _tell_news(self) -> None:
-        """Say what happened to the arm while nothing was typed."""
-        status = self._shell.arm.status
-        news = f"the arm is {status.state.where}: {status.error}" if status.error else ""
-        if news and news != self._told:
-            complain(news, SHELL)
-        self._told = news
+def _tell_news(arm: Arm, told: str) -> str:
+    """Say what happened to the arm while nothing was typed; return it, so that it is said once."""
+    status = arm.status
+    news = f"the arm is {status.state.where}: {status.error}" if status.error else ""
+    if news and news != told:
+        complain(news, SHELL)
+    return news

@@ -183,6 +183,19 @@ def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
     assert call(*words).out == ""
 
 
+def test_what_is_no_option_in_a_help_is_noticed():
+    def glued(parser):
+        """Do something.
+
+        Options:
+          --speed SPEED how fast
+        """
+
+    for declared, said in ((glued, ValueError), (lambda parser: None, ArmError)):  # as with -OO
+        with pytest.raises(said):
+            options.add_options(argparse.ArgumentParser(), declared)
+
+
 def test_required_words_have_an_example():
     """A wrong option is refused with one."""
 
