@@ -174,7 +174,7 @@ def _doctor(port: str) -> str:
 
 # Reconnecting a lost link. The engine reports the loss (`Reconnector.lost`), and calls the
 # reconnector in the place of its controller from then on. The old link is closed, and an
-# `AbsentLink` stands in for it. An `Opening` tries to open the port; if it fails, the next one
+# `AbsentLink` stands in for it. An attempt tries to open the port; if it fails, the next one
 # follows after a longer pause. Once the port is open, the engine gets the new link and a new
 # controller, which repeats no request of the old one (`_take`). A task then checks that the same
 # arm answers (`recover`, motion/connecting.py), and leaves it in a state in which nothing moves.
@@ -199,62 +199,6 @@ class NewLink:
     in_thread: bool = False
 
 
-class Opening:
-    """One attempt to open a link, in the caller's thread or its own.
-
-    It first waits for the thread `after`, which closes the old link: until then, this program still
-    holds the port.
-    """
-
-    def __init__(
-        self,
-        rewiring: NewLink,
-        wake: Callable[[], None],
-        after: threading.Thread | None = None,
-    ) -> None:
-        self._open = rewiring.open_again
-        self._wake = wake
-        self._after = after
-        self._lock = threading.Lock()
-        self._outcome: Link | ArmError | None = None
-        self._given_up = False
-        if rewiring.in_thread:
-            threading.Thread(target=self._run, name="armdrive-opening", daemon=True).start()
-        else:
-            self._run()
-
-    @property
-    def outcome(self) -> Link | ArmError | None:
-        """The new link, or the error; None while the attempt is running."""
-        with self._lock:
-            return self._outcome
-
-    def give_up(self) -> None:
-        """Close the link, even if it opens later."""
-        with self._lock:
-            self._given_up = True
-            outcome = self._outcome
-        if outcome is not None and not isinstance(outcome, ArmError):
-            outcome.close()
-
-    def _run(self) -> None:
-        outcome: Link | ArmError
-        if self._after is not None:
-            self._after.join(LET_GO_S)
-        try:
-            outcome = self._open()
-        except ArmError as error:
-            outcome = error
-        except OSError as error:
-            outcome = LinkLost(f"the link cannot be opened ({reason_of(error)})")
-        with self._lock:
-            self._outcome = outcome
-            unwanted = self._given_up
-        if unwanted and not isinstance(outcome, ArmError):
-            outcome.close()
-        self._wake()
-
-
 class Reconnector:
     """Reconnects one arm. The engine calls it, under its lock, while the link is lost."""
 
@@ -265,8 +209,13 @@ class Reconnector:
         """Why the last attempt failed."""
         self._context = context
         self._rewiring = rewiring
-        self._opening: Opening | None = None
         self._closing: threading.Thread | None = None
+        """Closes the old link, which holds the port until then."""
+        self._trying = False
+        self._lock = threading.Lock()  # of the two that follow, which an attempt's thread shares
+        self._outcome: Link | ArmError | None = None
+        """What the attempt under way has led to; None until it ends."""
+        self._closed = False
         self._due_s = math.inf
         self._lost_s = 0.0
         self._lost_link = ""
@@ -290,11 +239,7 @@ class Reconnector:
         old = self._engine.link
         self._lost_link = self._lost_link or old.description
         self._engine.link = AbsentLink(old.description)
-        if self._rewiring.in_thread:  # closing a socket can take a moment
-            self._closing = threading.Thread(target=old.close, name="armdrive-closing", daemon=True)
-            self._closing.start()
-        else:
-            old.close()
+        self._closing = self._run(old.close, "armdrive-closing")  # a socket can take a moment
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 
@@ -306,26 +251,53 @@ class Reconnector:
     def close(self) -> None:
         """Make no more attempts."""
         self._due_s = math.inf
-        opening, self._opening = self._opening, None
-        if opening is not None:
-            opening.give_up()
+        with self._lock:
+            self._closed, outcome = True, self._outcome
+        _close(outcome)
 
     def __call__(self, now_s: float) -> float:
         """Do all that is due; return when to call again."""
-        if self._opening is None:
+        if not self._trying:
             if now_s < self._due_s:
                 return self._due_s
-            self._due_s = math.inf
-            self._opening = Opening(self._rewiring, self._engine.link.wake, self._closing)
-        outcome = self._opening.outcome
+            self._due_s, self._trying = math.inf, True
+            self._run(self._try, "armdrive-opening")
+        with self._lock:
+            outcome, self._outcome = self._outcome, None
         if outcome is None:
             return math.inf
-        self._opening = None
+        self._trying = False
         if isinstance(outcome, ArmError):
             self._failed(outcome, now_s)
         else:
             self._take(outcome)
         return self._due_s
+
+    def _run(self, work: Callable[[], None], name: str) -> threading.Thread | None:
+        """Do some work, in a thread of its own if the link may take its time."""
+        if not self._rewiring.in_thread:
+            work()
+            return None
+        thread = threading.Thread(target=work, name=name, daemon=True)
+        thread.start()
+        return thread
+
+    def _try(self) -> None:
+        """Open the link, once the old one has let go of the port; close it if it comes too late."""
+        outcome: Link | ArmError
+        if self._closing is not None:
+            self._closing.join(LET_GO_S)
+        try:
+            outcome = self._rewiring.open_again()
+        except ArmError as error:
+            outcome = error
+        except OSError as error:
+            outcome = LinkLost(f"the link cannot be opened ({reason_of(error)})")
+        with self._lock:
+            self._outcome, unwanted = outcome, self._closed
+        if unwanted:
+            _close(outcome)
+        self._engine.link.wake()
 
     def _take(self, link: Link) -> None:
         """Continue on a new link, with a controller that remembers nothing of the old one."""
@@ -364,3 +336,9 @@ class Reconnector:
 
     def _pause_s(self) -> float:
         return PAUSES_S[min(self._failures, len(PAUSES_S) - 1)]
+
+
+def _close(outcome: Link | ArmError | None) -> None:
+    """Close what an attempt has opened, if it has opened anything."""
+    if outcome is not None and not isinstance(outcome, ArmError):
+        outcome.close()
