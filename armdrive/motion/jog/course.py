@@ -35,7 +35,6 @@ from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import ArmCoordinates, MotionSegment
 
-LAST_STEPS = 2  # the last steps before a bound are made at once, or the arm would creep forever
 TOUCHING = 1e-6  # an axis limited to this share of its speed has reached its limit
 TRIES = 12  # attempts to slow a leg down to what joints and motors can reach
 FAST_ENOUGH = 0.93  # a leg that needs at least this share of its time is fast enough
@@ -201,12 +200,9 @@ class JogCourse:
         if free.free_s >= look_s:
             return 1.0
         bound = way.at(free.free_s)
-        left = 0 if bound is None else self._steps_between(start, bound)
-        if not left:
+        # the ramp halves the rest of the way again and again, until not even a step is left
+        if bound is None or not self._steps_between(start, bound):
             return self._bounds.ended(way, start.joints, free.beyond_s)
-        # the ramp would halve the rest of the way again and again without reaching its end
-        if left <= LAST_STEPS and free.free_s <= time_s:
-            return free.free_s / time_s
         # A stopped device ends at its target at the latest, so it never leaves its reach; only the
         # guards need the announced run-on as an extra margin.
         most = free.free_s / (time_s + self._run_on_s) if free.guarded else 1.0

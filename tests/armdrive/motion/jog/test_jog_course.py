@@ -10,7 +10,7 @@ from amounts import every_row
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.motion.jog.bounds import JogEnded, furthest
-from armdrive.motion.jog.course import JogCourse, JogProposal, Wish
+from armdrive.motion.jog.course import JogCourse, JogProposal, Wish, stride
 from armdrive.motion.plan import SpeedLimits
 from armdrive.moves import Jog
 from armdrive.runtime.position import ArmCoordinates
@@ -297,6 +297,14 @@ def test_an_arm_that_rounding_has_put_beyond_a_limit_can_leave_it_on_a_line():
     arm = Driven(OVER_THE_TABLE.replace(base=math.radians(90.0) + 2e-4))
     assert arm.leg(Jog.cartesian(y=-1.0, x=0.3)) is not None
     assert isinstance(arm.leg(Jog.cartesian(x=0.3)), JogProposal)
+
+
+def test_an_increment_of_the_tip_is_no_faster_than_a_held_jog():
+    arm = Driven()
+    made = stride(CONFIG, arm.speeds, Jog.cartesian(y=50.0), 0.5, arm.here, known=True)
+    takes_s = sum(leg.duration_s for leg in made.legs)
+    assert takes_s >= 50.0 / (0.5 * CONFIG.motion.tip_speed_mm_s) - 1e-9
+    assert made.ended.note == ""
 
 
 def test_the_furthest_good_is_found_and_something_beyond_it():
