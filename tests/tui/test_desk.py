@@ -8,8 +8,7 @@ from itertools import product
 
 import pytest
 from amounts import every_row
-from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
-from desk_logged import busy_arm
+from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, busy_arm, unknown_position
 from desk_planner import CONFIG, at_rest
 from desk_session import Session
 from textual import events

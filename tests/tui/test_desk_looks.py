@@ -2,8 +2,7 @@
 
 import pytest
 from amounts import THOROUGH, every_row
-from desk_fake import FakeArm, unknown_position
-from desk_logged import LoggedArm
+from desk_fake import FakeArm, LoggedArm, unknown_position
 from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen

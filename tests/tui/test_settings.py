@@ -4,8 +4,7 @@ import json
 
 import pytest
 from amounts import every_row
-from desk_fake import FakeArm
-from desk_logged import busy_arm
+from desk_fake import FakeArm, busy_arm
 from desk_planner import PlannerArm
 from desk_session import Session
 

@@ -6,8 +6,7 @@ from functools import partial
 
 import pytest
 from amounts import THOROUGH, every_row
-from desk_fake import END, MODEL, FakeArm, FakeHolder
-from desk_logged import busy_arm
+from desk_fake import END, MODEL, FakeArm, FakeHolder, busy_arm
 from desk_planner import CONFIG, PlannerArm
 from desk_session import AGAIN_S, AppSession, Session
 from textual import events

@@ -1,6 +1,6 @@
 """The log screen: what has come is shown in words, sieved, held, opened and saved."""
 
-from desk_logged import LoggedArm, busy_arm
+from desk_fake import LoggedArm, busy_arm
 from desk_planner import at_rest, laid_out
 from desk_session import Session
 from textual.screen import ModalScreen
