@@ -20,8 +20,7 @@ from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import PAUSE, DeskKey, Needs
 from tui.move.planned import PlannedMove, short_text
-from tui.points.edit import PointEdits, TaughtProgram
-from tui.points.list import AskedText, PointSelection
+from tui.points.edit import AskedText, PointEdits, PointSelection, TaughtProgram
 from tui.settings import MoveSettings
 from tui.widgets import ChoiceList, Span, TypedText, panels
 

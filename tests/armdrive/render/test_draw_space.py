@@ -61,12 +61,33 @@ def test_each_kind_of_line_is_drawn_in_its_own_characters(space, camera, size, b
         assert " " <= letter <= "~" or (braille and "\u2800" < letter <= "\u28ff")
 
 
-@given(st.lists(SPACES, min_size=1, max_size=4), CAMERAS, st.booleans())
-def test_a_kept_backdrop_shows_what_a_fresh_drawing_shows(spaces, camera, braille):
+@given(st.lists(st.tuples(SPACES, st.booleans()), min_size=1, max_size=4), st.booleans())
+def test_a_kept_backdrop_shows_what_a_fresh_drawing_shows(shown, braille):
     kept = Studio(DOME, braille=braille)
-    for space in (*spaces, *spaces):
+    for space, from_above in (*shown, *shown):
+        camera = VIEWS["top" if from_above else "iso"]
         fresh = Studio(DOME, braille=braille).draw(space, camera, 40, 20)
         assert kept.draw(space, camera, 40, 20) == fresh
+
+
+def test_another_camera_or_size_draws_the_backdrop_anew():
+    scene, kept = driven(guarded()), Studio(DOME, braille=True)
+    space = scene.space(Moment(HERE))
+    for view, size in (("iso", (60, 24)), ("top", (60, 24)), ("top", (61, 24)), ("iso", (60, 24))):
+        fresh = Studio(DOME, braille=True).draw(space, VIEWS[view], *size)
+        assert kept.draw(space, VIEWS[view], *size) == fresh, (view, size)
+
+
+def test_a_cell_that_changes_its_ink_alone_is_repainted():
+    def drawn(ink):
+        canvas = Raster(50, 1, braille=False)
+        canvas.text(3, 0, "x", ink)
+        canvas.text(40, 0, "y", Ink.WORD)
+        return canvas.painted()
+
+    assert [*drawn(Ink.GOAL).changes(drawn(Ink.WORD))] == [(3, 0, 1)]
+    blank = Raster(50, 1, braille=False).painted()
+    assert [*drawn(Ink.GOAL).changes(blank)] == [(3, 0, 1), (40, 0, 1)], "two spans, far apart"
 
 
 @given(SPACES, SPACES, SIZES, st.booleans())

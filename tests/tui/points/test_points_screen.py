@@ -9,7 +9,7 @@ from armdrive.status import State
 from armdrive.storage.points import Point
 from kinematics import Joints
 from tui.keys.table import POINT_KEYS
-from tui.points.list import PointSelection
+from tui.points.edit import PointSelection
 
 LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
 RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))
