@@ -221,6 +221,8 @@ async def test_a_key_that_a_desk_was_kept_from_disarms_and_the_desk_says_why():
         await session.arm_again()
         await holding(session)
         await session.suspend(0.5, told=False)
+        session.desk.input.alive()
+        assert session.arm.calls == [("release",)], "what was held ends, whatever comes next"
         await session.type("w")
         assert "kept waiting for 0.5 s" in session.text("messages")
         assert not session.screen.armed
