@@ -52,6 +52,7 @@ class WatchedWorld(World):
         self.sagging = False
         self.closed_loop = False
         """Whether the drives measure their shafts and make up for lost steps."""
+        self._driven = False
         super().__init__(body)
 
     def cut_current(self, time_s: float = 0.0) -> None:
@@ -79,10 +80,18 @@ class WatchedWorld(World):
         if failing and self.watch is not None:
             # report the slip before the watch judges the path that the other motors make
             self.watch.note_slip(failing, time_s)
+        self._driven = True
         super().drive(steps, time_s)
+        self._driven = False
         if self.watch is not None and meant != self._motors:
             pairs = enumerate(zip(meant, self._motors, strict=True))
             self.watch.note_slip({i for i, (a, b) in pairs if a != b}, time_s)
+
+    def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Turn motors that nothing drives: what they overrun after a dead stop comes at once."""
+        if not self._driven and self.watch is not None:
+            self.watch.speeds.forget()
+        super().force(steps, time_s)
 
     def fails(self, motor: int) -> bool:
         """Return whether a fault keeps a motor from following now."""
