@@ -710,3 +710,17 @@ def test_the_wait_for_an_old_link_to_release_its_port_has_a_limit(port, monkeypa
     assert port.tried.wait(LONG_S)
     reconnector(0.0)
     assert isinstance(reconnector.trouble, PortInUse)
+
+
+@pytest.mark.parametrize("opened_before", [False, True])
+def test_a_link_that_was_opened_for_a_closed_arm_is_closed(port, opened_before):
+    closed = threading.Event()
+    port.open_again = lambda: SimpleNamespace(close=closed.set)
+    reconnector = looking(port)
+    if opened_before:
+        port.may_close.set()
+        assert port.tried.wait(LONG_S)
+        assert not closed.is_set()
+    reconnector.close()
+    port.may_close.set()
+    assert closed.wait(LONG_S)
