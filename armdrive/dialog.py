@@ -124,8 +124,8 @@ class MarkRequest(PostureRequest):
         )
 
 
+# Returns True when the arm stands in the requested posture.
 Operator = Callable[[PostureRequest], bool]
-"""Returns True when the arm stands in the requested posture."""
 
 
 # A dialog about a device: questions, lines to tell, and findings.

@@ -42,8 +42,8 @@ BASE_FRAME = "base"  # the default frame of goals and jogs
 # The keywords of calls, typed so that a type checker finds misspelt names. The joints of a model
 # file may have other names; those are given in a mapping.
 
+# Amounts by name, `{"shoulder_deg": 40}`, for joints whose names are known only at run time.
 Angles = Mapping[str, float]
-"""Amounts by name, `{"shoulder_deg": 40}`, for joints whose names are known only at run time."""
 
 
 class JointAngles(TypedDict, total=False):
@@ -217,11 +217,10 @@ def _axis(word: str, in_steps: bool) -> str:
 # Moves.
 
 
+# Moves with the hand; a goal in this frame is a change of the current pose.
+#
+# Its x points up from the back of the hand, y sideways, z forward.
 TOOL_FRAME = "tool"
-"""Moves with the hand; a goal in this frame is a change of the current pose.
-
-Its x points up from the back of the hand, y sideways, z forward.
-"""
 
 
 def speed_fraction(speed: float) -> float:
@@ -323,10 +322,10 @@ class ArcMove:
 
 
 _A_PART = f"LinePart({POSE_EXAMPLE})"
+# The rule for the parts of a path.
 PARTS = several(
     made_of(get_args(PathPart), "a part of a path", _A_PART), "a list of parts", f"[{_A_PART}]"
 )
-"""The rule for the parts of a path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -397,8 +396,8 @@ class JogMove:
         speed_fraction(self.speed)
 
 
+# A move whose end is known before it starts.
 Motion = JointMove | PoseMove | LineMove | ArcMove | PathMove | GripperMove | ParkMove
-"""A move whose end is known before it starts."""
 
 SingleMove = Motion | GraspMove | JogMove
 
@@ -425,12 +424,12 @@ class MoveSequence:
         object.__setattr__(self, "moves", flat)
 
 
+# A move that `arm.run`, `arm.start` and `arm.preview` accept.
 Move = SingleMove | MoveSequence
-"""A move that `arm.run`, `arm.start` and `arm.preview` accept."""
 
 _A_MOVE = f"LineMove({POSE_EXAMPLE})"
+# The rule for one move.
 ONE_MOVE = made_of(get_args(Move), "a move", _A_MOVE)
-"""The rule for one move."""
 _MOVES = several(ONE_MOVE, "a list of moves", f"[{_A_MOVE}]")
 
 

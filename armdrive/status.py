@@ -136,6 +136,7 @@ class State(Enum):
         return f"in {self.value}" if self is State.ERROR_STOP else self.value
 
 
+# What to do about a state in which a call is refused; errors/actions.py has the words for it.
 WAYS_OUT: Mapping[State, str] = MappingProxyType(
     {
         State.DISCONNECTED: "call `reconnect()`",
@@ -147,13 +148,12 @@ WAYS_OUT: Mapping[State, str] = MappingProxyType(
         State.ERROR_STOP: "look at the arm, then call `reset()`",
     }
 )
-"""What to do about a state in which a call is refused; errors/actions.py has the words for it."""
 
+# The states in which nothing can move the arm until a person has done that.
 IMMOBILE = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
-"""The states in which nothing can move the arm until a person has done that."""
 
+# The states in which the arm moves, or is paused in a motion.
 IN_MOTION = (State.HOMING, State.MOVING, State.STOPPING)
-"""The states in which the arm moves, or is paused in a motion."""
 
 
 class Trust(Enum):
@@ -165,6 +165,7 @@ class Trust(Enum):
     SUSPECT = "suspect"
 
 
+# What to do about a position that is not referenced, in the same words.
 WAYS_TO_TRUST: Mapping[Trust, str] = MappingProxyType(
     {
         Trust.UNKNOWN: "bring the arm to its reference posture and call `home()`",
@@ -173,16 +174,14 @@ WAYS_TO_TRUST: Mapping[Trust, str] = MappingProxyType(
         "`reference.confirm_restored()`, or connect with `allow_restored=True`",
     }
 )
-"""What to do about a position that is not referenced, in the same words."""
 
+# The levels of trust at which the arm is believed to stand where its counts say.
+#
+# They allow no planned motion yet: `runtime.states.Belief.allows_planning` decides that.
 BELIEVED = (Trust.REFERENCED, Trust.RESTORED)
-"""The levels of trust at which the arm is believed to stand where its counts say.
 
-They allow no planned motion yet: `runtime.states.Belief.allows_planning` decides that.
-"""
-
+# The same, as a status in JSON, a record and a recording spell them.
 BELIEVED_WORDS = tuple(each.value for each in BELIEVED)
-"""The same, as a status in JSON, a record and a recording spell them."""
 
 
 class Evidence(Enum):
@@ -392,8 +391,8 @@ def _displayed(numbers: Mapping[str, float]) -> dict[str, float]:
     return {key: round(each, _DECIMALS[key.rpartition("_")[2]]) for key, each in numbers.items()}
 
 
+# The decimals of each unit: fewer than a motor step is worth would hide that a motor turned.
 _DECIMALS: Mapping[str, int] = MappingProxyType({"mm": 3, "deg": 4, "ms": 3})
-"""The decimals of each unit: fewer than a motor step is worth would hide that a motor turned."""
 
 
 _NUMBER = {"type": "number"}
@@ -436,6 +435,7 @@ def _gripper_mm(status: Status) -> float | None:
 
 _Row = tuple[Callable[[Status], Any], Mapping[str, Any]]
 
+# Each key of a status in JSON: the function that computes its value, and its schema.
 STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
     {
         "arm": (lambda status: status.arm, _TEXT),
@@ -478,7 +478,6 @@ STATUS_FIELDS: Mapping[str, _Row] = MappingProxyType(
         "error_code": (lambda status: status.error_code, _TEXT),
     }
 )
-"""Each key of a status in JSON: the function that computes its value, and its schema."""
 
 
 def status_view(status: Status) -> dict[str, Any]:
@@ -489,8 +488,8 @@ def status_view(status: Status) -> dict[str, Any]:
 # A status in words. It is made from the plain data, so that an arm looks the same whether this
 # program is connected to it or another program reports it.
 
+# The width of the first column.
 LABEL = 10
-"""The width of the first column."""
 
 
 class StatusRow(NamedTuple):
@@ -504,6 +503,7 @@ class StatusRow(NamedTuple):
         return f"{self.label:<{LABEL}}{self.word}{self.rest}"
 
 
+# The motor current in words.
 _MOTORS: Mapping[str, str] = MappingProxyType(
     {
         Current.HELD.value: "on: they hold the arm",
@@ -511,10 +511,9 @@ _MOTORS: Mapping[str, str] = MappingProxyType(
         Current.UNKNOWN.value: "on or off: not known",
     }
 )
-"""The motor current in words."""
 
+# The current of a disabled arm that has not been read. `armdrive doctor` asks drives on a bus.
 _NOT_ASKED = "not switched on by this program; they may hold the arm all the same"
-"""The current of a disabled arm that has not been read. `armdrive doctor` asks drives on a bus."""
 
 
 def motors_words(state: str, current: str) -> str:

@@ -410,8 +410,8 @@ class SleepUntil:
     time_s: float
 
 
+# A task's generator; it gets a `Reply` for each `Exchange`, and the time for a `SleepUntil`.
 TaskBody = Generator[Exchange | SleepUntil, Any, T]
-"""A task's generator; it gets a `Reply` for each `Exchange`, and the time for a `SleepUntil`."""
 
 
 class Task(Generic[T]):

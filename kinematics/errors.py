@@ -183,8 +183,8 @@ def finite(name: str, value: object) -> float:
     return number
 
 
+# Two turns: no pose needs more, and most angles in degrees exceed them.
 MOST_TURN_RAD = 4.0 * math.pi
-"""Two turns: no pose needs more, and most angles in degrees exceed them."""
 
 
 def hand_angle(name: str, value: object, in_degrees: str = "") -> float:
@@ -244,8 +244,8 @@ def require(name: str, value: object, kind: type, example: str) -> None:
 # make none and it would slow down every start.
 
 
+# The least similarity of words that counts, as difflib's ratio measures it, 0 to 1.
 LIKENESS = 0.6
-"""The least similarity of words that counts, as difflib's ratio measures it, 0 to 1."""
 
 
 def nearest_word(word: str, known: Iterable[str]) -> str | None:
@@ -285,5 +285,5 @@ def suggestion(word: str, known: Iterable[str]) -> str:
     return f"; {asked}" if asked else ""
 
 
+# The units of angles, and the function of `math` that converts the other one to each.
 _ANGLE_UNITS = {"deg": "degrees", "rad": "radians"}
-"""The units of angles, and the function of `math` that converts the other one to each."""

@@ -17,15 +17,14 @@ from kinematics.spaces import Joints, Pose
 
 Point = tuple[float, float, float]
 
+# A tip nearer to the base axis than this is on the axis, where no direction is outwards.
+#
+# Rounding of a pose moves the tip by some 1e-13 mm, a motor step by 0.1 mm: the bound is far from
+# both. On the axis the base may have any angle, which moves the tip by at most this distance.
 AXIS_MM = 1e-6
-"""A tip nearer to the base axis than this is on the axis, where no direction is outwards.
 
-Rounding of a pose moves the tip by some 1e-13 mm, a motor step by 0.1 mm: the bound is far from
-both. On the axis the base may have any angle, which moves the tip by at most this distance.
-"""
-
+# The orientation of the hand, as numbers of the follower that made them.
 Hand = tuple[float, ...]
-"""The orientation of the hand, as numbers of the follower that made them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,8 +189,8 @@ class ArmGeometry(Protocol):
 # the wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed frame
 # of up, side, along: for a hand that points outwards it is to the right.
 
+# No tool is longer: the built-in arms reach less than half of it.
 LONGEST_MM = 1000.0
-"""No tool is longer: the built-in arms reach less than half of it."""
 
 
 @dataclass(frozen=True, slots=True)

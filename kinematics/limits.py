@@ -13,16 +13,15 @@ from itertools import product
 from kinematics.errors import JointLimit, KinematicsError, check_fields, finite
 from kinematics.text import beyond, shown_name
 
+# How far beyond a limit an angle may lie and still be taken for the limit itself.
+#
+# Next to the stretched arm the rounding of a pose shows as some 5e-8 rad of the elbow (the square
+# root of the floating-point precision), so a tighter tolerance would refuse a posture's own pose.
+# On an arm of 450 mm it is worth 5e-5 mm, thousands of times less than one motor step.
 LIMIT_TOLERANCE_RAD = 1e-7
-"""How far beyond a limit an angle may lie and still be taken for the limit itself.
 
-Next to the stretched arm the rounding of a pose shows as some 5e-8 rad of the elbow (the square
-root of the floating-point precision), so a tighter tolerance would refuse a posture's own pose.
-On an arm of 450 mm it is worth 5e-5 mm, thousands of times less than one motor step.
-"""
-
+# Postures whose joints differ by no more than this are the same, apart from rounding.
 SAME_POSTURE_RAD = 1e-4
-"""Postures whose joints differ by no more than this are the same, apart from rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +96,8 @@ def refuse_worst(broken: Sequence[LimitViolation]) -> None:
         raise JointLimit(worst.joint, worst.value, worst.bound)
 
 
+# 2 pi minus `math.tau`, the nearest float: the part of a turn that `math.tau` leaves out.
 TAU_REST = 2.4492935982947064e-16
-"""2 pi minus `math.tau`, the nearest float: the part of a turn that `math.tau` leaves out."""
 
 
 def wrap(angle: float) -> float:
@@ -120,11 +119,11 @@ def turn_near(angle: float, near: float) -> float:
     return near + wrap(wrap(angle) - near)
 
 
+# Larger angles are wrapped before anything is added to them; below it that costs no digits.
 MANY_TURNS_RAD = 100.0
-"""Larger angles are wrapped before anything is added to them; below it that costs no digits."""
 
+# A seed beyond this counts as its direction: angles so large have 1e-10 rad left as last digit.
 FARTHEST_SEED_RAD = 1e6
-"""A seed beyond this counts as its direction: angles so large have 1e-10 rad left as last digit."""
 
 
 def few_turns(angle: float) -> float:
@@ -173,8 +172,8 @@ def fitted(angle: float, low: float, high: float, seed: float) -> float:
     return turned if low <= turned <= high else math.inf
 
 
+# The lowest and the highest of a range.
 Span = tuple[float, float]
-"""The lowest and the highest of a range."""
 
 
 def all_fitted(
@@ -196,8 +195,8 @@ def all_fitted(
 
 # Postures spread evenly over the ranges of joints, to see what an arm reaches.
 
+# Corners of the joint limits that are sampled: all of them, of up to eight joints.
 MOST_CORNERS = 256
-"""Corners of the joint limits that are sampled: all of them, of up to eight joints."""
 
 
 @dataclass(frozen=True, slots=True)

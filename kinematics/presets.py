@@ -221,6 +221,7 @@ _ARMDROID1 = replace(
     "measure lengths, steps, signs, limits and the reference posture before trusting any of them.",
 )
 
+# The preset arms by name.
 PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
     {
         preset.key: preset
@@ -235,7 +236,6 @@ PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
         )
     }
 )
-"""The preset arms by name."""
 
 
 def preset(key: str) -> ArmPreset:

@@ -25,19 +25,19 @@ from kinematics.errors import (
 )
 from kinematics.text import counted, deg_text, mm_text, shown_name, tenths
 
+# The endings of a joint's name that state the unit of its angle.
 _UNITS = ("deg", "rad")
-"""The endings of a joint's name that state the unit of its angle."""
 
+# Joints of the Mini-mover's build, from the table to the hand.
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
-"""Joints of the Mini-mover's build, from the table to the hand."""
 
+# What an error shows if something else is given.
 POSE_EXAMPLE = "Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)"
 JOINTS_EXAMPLE = "Joints.of(0, 40, -60, -70, 0)"
-"""What an error shows if something else is given."""
 
+# Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
+# world's x, y and z, then its rate of turning (rad per rad or mm) about them.
 Jacobian = tuple[tuple[float, ...], ...]
-"""Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
-world's x, y and z, then its rate of turning (rad per rad or mm) about them."""
 
 
 class Coordinates(TypedDict, total=False):
@@ -51,13 +51,13 @@ class Coordinates(TypedDict, total=False):
     yaw_deg: float
 
 
+# The names of a pose's coordinates with their units, in order; most arms have no yaw.
 COORDINATES = tuple(Coordinates.__annotations__)
-"""The names of a pose's coordinates with their units, in order; most arms have no yaw."""
 
+# The same by their names without units, as a person types them: x, y, z, pitch, roll, yaw.
 POSE_FIELDS: Mapping[str, str] = MappingProxyType(
     {key.partition("_")[0]: key for key in COORDINATES}
 )
-"""The same by their names without units, as a person types them: x, y, z, pitch, roll, yaw."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,8 +162,8 @@ class Pose:
 
 _LENGTHS = ("x_mm", "y_mm", "z_mm")
 _ANGLES = ("pitch_rad", "roll_rad")
+# The coordinates of every pose; some arms add a yaw.
 _COORDINATES = (*_LENGTHS, *_ANGLES)
-"""The coordinates of every pose; some arms add a yaw."""
 
 
 NO_YAW = "this arm has five joints: it cannot take a yaw, which follows from the position"

@@ -99,8 +99,8 @@ def folded(line: str, width: int) -> list[str]:
     return rows or [""]
 
 
+# The share of the width up to which a column has enough room for words.
 _LAST_COLUMN = 0.7
-"""The share of the width up to which a column has enough room for words."""
 
 
 def filled(text: str, width: int) -> list[str]:

@@ -66,21 +66,19 @@ STYLES = Path(__file__).with_name("desk.tcss")
 Answer = TypeVar("Answer")
 Found = TypeVar("Found")
 
+# Interval between two looks at an arm's status.
 POLL_S = 0.05
-"""Interval between two looks at an arm's status."""
 
+# An app that was idle for this long was suspended: it polls twenty times as often.
+#
+# Only the drivers of Unix terminals report a suspension.
 SUSPENDED_S = 1.0
-"""An app that was idle for this long was suspended: it polls twenty times as often.
 
-Only the drivers of Unix terminals report a suspension.
-"""
-
+# An app that was idle for this long, on a busy computer, has kept keys in its queue.
+#
+# A held jog has ended by itself meanwhile (`HOLD_LONGEST_S`), and must not begin again from keys
+# that have waited.
 STARVED_S = 0.3
-"""An app that was idle for this long, on a busy computer, has kept keys in its queue.
-
-A held jog has ended by itself meanwhile (`HOLD_LONGEST_S`), and must not begin again from keys
-that have waited.
-"""
 
 
 class Hand(Protocol):
@@ -279,11 +277,11 @@ class AppInput:
 # The keys of the table act through the framework's actions. It looks for them on the app and on
 # widgets alone; ours may also be methods of the parts that an app or a screen is made of.
 
+# The framework's own namespaces of actions.
 NODES = ("app", "screen", "focused")
-"""The framework's own namespaces of actions."""
 
+# Represents a part that a node does not have.
 NO_PART = object()
-"""Represents a part that a node does not have."""
 
 
 def _refuse() -> None:
@@ -305,12 +303,12 @@ def action_call(action: str | ActionParseResult, node: object) -> Callable[[], o
     return partial(found, *words) if callable(found) else None
 
 
+# A call that may take a while. A text that it returns becomes the message.
 Outcome = Callable[[], object]
-"""A call that may take a while. A text that it returns becomes the message."""
 
 
+# Errors that answer a request, with a sentence for the user.
 REFUSALS = (ArmError, KinematicsError, OSError)
-"""Errors that answer a request, with a sentence for the user."""
 
 
 def words_of(error: BaseException) -> str:
@@ -620,12 +618,12 @@ class KeyApp(App[int], inherit_bindings=False):
         await super().on_event(event)
 
 
+# If a timer fires this late, the app was busy, and keys may be waiting in its queue.
 BUSY_S = 0.02
-"""If a timer fires this late, the app was busy, and keys may be waiting in its queue."""
 
+# The time that events queued while the app was busy need to be processed: the release of a key, or
+# its next repeat, may be among them.
 SETTLE_S = 0.03
-"""The time that events queued while the app was busy need to be processed: the release of a key, or
-its next repeat, may be among them."""
 
 
 class HoldAlarm:

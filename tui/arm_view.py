@@ -28,21 +28,22 @@ from armdrive.render.canvas import Ink, Painted
 from armdrive.render.scene import ArmDrawing, Key, Moment, Outline, Studio
 from kinematics.presets import ArmModel
 
+# Dragging by one cell to the side, and by one row, which is twice as high.
 DRAG_DEG = (3, 6)
-"""Dragging by one cell to the side, and by one row, which is twice as high."""
 
+# Outlines of the reach are worked out no more often: it takes time from the arm's own thread.
 REST_S = 1.0
-"""Outlines of the reach are worked out no more often: it takes time from the arm's own thread."""
 
+# In fewer rows nothing can be recognised, and nothing is drawn.
 LEAST_ROWS = 5
-"""In fewer rows nothing can be recognised, and nothing is drawn."""
 
+# Asks for the driven way to be forgotten.
 CLEAR = "clear"
-"""Asks for the driven way to be forgotten."""
 
 
 # Spans of text in these styles, instead of component classes of the widget: the framework works
 # out the rules for each such class again whenever any style on the screen may have changed.
+# How each kind of line looks, in the colours of the theme.
 INK_STYLES: Mapping[Ink, str] = MappingProxyType(
     {
         Ink.NONE: "",
@@ -60,7 +61,6 @@ INK_STYLES: Mapping[Ink, str] = MappingProxyType(
         Ink.WORD: "bold $foreground",
     }
 )
-"""How each kind of line looks, in the colours of the theme."""
 
 
 def move_cameras(at: DOMNode, what: str) -> bool:

@@ -16,22 +16,22 @@ from tui.widgets import UNKNOWN, PlainText, Span
 NAME_WIDTH = 11
 VALUE_WIDTH = 9
 LIMIT_WIDTH = 4
+# What the two limits take at the ends of a bar, with the gaps.
 ENDS_WIDTH = 2 * LIMIT_WIDTH + 3
-"""What the two limits take at the ends of a bar, with the gaps."""
 
 SHORTEST_BAR, LONGEST_BAR = 6, 40
 
+# A value within this share of its range from a limit is marked as near.
 NEAR_SHARE = 0.05
-"""A value within this share of its range from a limit is marked as near."""
 
+# Less than any printed digit: a value this close to a limit is at it.
 AT_SHARE = 0.002
-"""Less than any printed digit: a value this close to a limit is at it."""
 
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
 MOVING_STYLE = "bold $text-primary"
+# The style of a value and of its mark on the bar, by the sign after the value.
 MARK_STYLES = {"": "bold $text-primary", "!": "bold $text-warning", "!!": "bold $text-error"}
-"""The style of a value and of its mark on the bar, by the sign after the value."""
 
 
 @dataclass(frozen=True, slots=True)

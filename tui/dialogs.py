@@ -25,11 +25,11 @@ from tui.safety import bound_text
 from tui.settings import LOOKS
 from tui.widgets import PlainText, TypedText, text_of
 
+# Characters of a text that is typed into a dialog.
 LONGEST = 40
-"""Characters of a text that is typed into a dialog."""
 
+# Returns the text of a dialog for a width and a height.
 DialogWords = Callable[[int, int], str]
-"""Returns the text of a dialog for a width and a height."""
 
 
 class DialogText(PlainText):

@@ -29,18 +29,18 @@ from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
 from tui.widgets import panels
 
+# Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms.
 PORTION = 100
-"""Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms."""
 
 
+# The entries that idle polling of a resting arm repeats.
 POLLING = frozenset((EntryKind.REQUEST, EntryKind.SENT, EntryKind.RECEIVED, EntryKind.REGISTERS))
-"""The entries that idle polling of a resting arm repeats."""
 
+# Distinct lines of one round of polling, at most: a bus of six drives needs forty.
 REMEMBERED = 64
-"""Distinct lines of one round of polling, at most: a bus of six drives needs forty."""
 
+# Fewer repeated lines than this are shown as they are.
 FOLDED_FROM = 8
-"""Fewer repeated lines than this are shown as they are."""
 
 
 class Folding:
@@ -229,8 +229,8 @@ class LogView:
         self.window.chosen = None if line is None else line.number
 
 
+# Stands at the end of what did not fit; enter shows the whole line.
 CUT = "~"
-"""Stands at the end of what did not fit; enter shows the whole line."""
 
 WAYS: Mapping[str, str] = {"->": "to the arm", "<-": "from the arm"}
 
@@ -353,8 +353,8 @@ class ErrorSearch:
         return TextDialog(self.words, text=self._text, typed=self.find, choose=self.choose)
 
 
+# In addition to the marks and words that say the same.
 STYLES = {Topic.ERRORS: "bold $text-error", Topic.CALLS: "bold", Topic.REQUESTS: "dim"}
-"""In addition to the marks and words that say the same."""
 
 
 class LogScreen(DeskScreen):

@@ -34,11 +34,11 @@ from tui.widgets import PlainText, Span, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
+# The place of the rows of a model's screen.
 PLACE = "model"
-"""The place of the rows of a model's screen."""
 
+# The rows of every screen that count here too.
 COMMON = (STOP, "quit", "help", *(row.id for row in VIEW_KEYS))
-"""The rows of every screen that count here too."""
 
 NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
 

@@ -32,16 +32,16 @@ from tui.keys.keyboard import Keyboard
 from tui.keys.table import PAUSE, STOP, Needs, titled
 from tui.widgets import UNKNOWN, PlainText, Span, text_of
 
+# What another program reports about its arm, or about the program it runs, as plain data.
 View = Mapping[str, Any]
-"""What another program reports about its arm, or about the program it runs, as plain data."""
 
+# Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable.
+#
+# These fill the ground of a word. Text on the ground of the screen has the theme's `$text-warning`
+# and so on, which can be read in a light look too.
 GOOD, BUSY, CAREFUL, WRONG, QUIET = "$success", "$primary", "$warning", "$error", ""
-"""Green is well, blue the arm at work, amber near or armed, red stop or wrong, none ignorable.
 
-These fill the ground of a word. Text on the ground of the screen has the theme's `$text-warning`
-and so on, which can be read in a light look too.
-"""
-
+# The one word for each state, and its colour.
 BADGES: Mapping[State, Span] = {
     State.DISCONNECTED: ("LINK LOST", WRONG),
     State.ERROR_STOP: ("ERROR", WRONG),
@@ -51,17 +51,16 @@ BADGES: Mapping[State, Span] = {
     State.MOVING: ("MOVING", BUSY),
     State.STOPPING: ("STOPPING", CAREFUL),
 }
-"""The one word for each state, and its colour."""
 
+# Stands for the state of a disabled arm that is known to have no current.
 MOTORS_OFF: Span = ("MOTORS OFF", QUIET)
-"""Stands for the state of a disabled arm that is known to have no current."""
 
+# The row of the table of keys that leads out of each state in which nothing can move the arm.
 LEADS_OUT: Mapping[State, str] = {
     State.DISCONNECTED: "reconnect",
     State.ERROR_STOP: "reset",
     State.DISABLED: "motors",
 }
-"""The row of the table of keys that leads out of each state in which nothing can move the arm."""
 
 ARMED: Span = ("ARMED", CAREFUL)
 PAUSED: Span = ("PAUSED", CAREFUL)
@@ -165,8 +164,8 @@ def can_reference(state: State) -> bool:
     return state not in (*IMMOBILE, State.HOMING)
 
 
+# What can be said of an arm whose program has ended.
 NO_STOP = "no stop reaches the arm: use its own stop or power switch"
-"""What can be said of an arm whose program has ended."""
 
 
 def bound_text(distance_mm: float, time_s: float) -> str:
@@ -279,8 +278,8 @@ def progress_of(program: View) -> str:
     return f"{name} {percent:.0f}%" if isinstance(percent, int | float) else name
 
 
+# Between two facts on one line.
 FACT_GAP = "   "
-"""Between two facts on one line."""
 
 
 class StopButton(Static, can_focus=False):

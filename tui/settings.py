@@ -20,14 +20,14 @@ from tui.keys.table import JOG_PAIRS, MM_AXES, JogPair
 
 Number = TypeVar("Number", int, float)
 
+# Sizes of one step, in degrees for angles and mm for the rest.
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
-"""Sizes of one step, in degrees for angles and mm for the rest."""
 
+# Fractions of the joint speed limits, for jogging and for planned motion.
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
-"""Fractions of the joint speed limits, for jogging and for planned motion."""
 
+# The jog speed on an arm that this desk has not seen before: a real one starts slowly.
 SIMULATED_SPEED, REAL_SPEED = 0.25, 0.1
-"""The jog speed on an arm that this desk has not seen before: a real one starts slowly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +135,7 @@ def neighbour(values: tuple[Number, ...], value: Number, by: int) -> Number:
 # How an app looks: its themes. The layout is in desk.tcss. No theme is needed to understand the
 # desk: whatever has a colour has a word or a mark as well.
 
+# White on black, and black or white on whatever is filled: 7 to 1 at least.
 HIGH_CONTRAST = Theme(
     name="high-contrast",
     primary="#00ffff",
@@ -152,7 +153,6 @@ HIGH_CONTRAST = Theme(
     luminosity_spread=0.0,
     text_alpha=1.0,
 )
-"""White on black, and black or white on whatever is filled: 7 to 1 at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,8 +173,8 @@ LOOKS = (
     ),
 )
 
+# With NO_COLOR set: the only one that sends no colours at all.
 COLOURLESS = LOOKS[3]
-"""With NO_COLOR set: the only one that sends no colours at all."""
 
 
 def look_named(name: str) -> DeskTheme:
@@ -192,12 +192,12 @@ def look_after(name: str) -> DeskTheme:
 # arm says nothing about a real one. None of it moves anything: the keys begin disarmed.
 
 MOST_BYTES = 65536
+# The desk forgets the arms that it has not seen for the longest time.
 MOST_ARMS = 40
-"""The desk forgets the arms that it has not seen for the longest time."""
 
 
+# What was set on one arm, by name. `restored` takes of it what makes sense for the arm.
 ArmMemory = Mapping[str, object]
-"""What was set on one arm, by name. `restored` takes of it what makes sense for the arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,6 +264,7 @@ def remember(path: Path, what: DeskMemory) -> None:
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
+# What is remembered of an arm's desk: whose setting it is, and the values that make sense.
 REMEMBERED: Mapping[str, tuple[str, Sequence[object]]] = {
     "cartesian": ("jog", (False, True)),
     "step_deg": ("jog", INCREMENTS),
@@ -272,7 +273,6 @@ REMEMBERED: Mapping[str, tuple[str, Sequence[object]]] = {
     "move_cartesian": ("move", (False, True)),
     "move_speed": ("move", SPEEDS),
 }
-"""What is remembered of an arm's desk: whose setting it is, and the values that make sense."""
 
 
 def remembered(jog: JogSettings, move: MoveSettings) -> ArmMemory:

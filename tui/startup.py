@@ -35,6 +35,7 @@ def _on_demand(place: str) -> Callable[[], DeskScreen]:
     return made
 
 
+# What makes each screen of the desk, by its id in `tui.keys.table.SCREENS`.
 SCREEN_FACTORIES: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
     {
         "jog": JogScreen,
@@ -45,7 +46,6 @@ SCREEN_FACTORIES: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
         "program": _on_demand("tui.program:ProgramScreen"),
     }
 )
-"""What makes each screen of the desk, by its id in `tui.keys.table.SCREENS`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +98,8 @@ def run_desk(
 # The interpreter lets a thread that computes go on for 5 ms before another one that has been woken
 # may run. A stop passes through three threads, while the one that paints is hardly ever at rest.
 
+# `benchmarks/desk.py keys` shows what a stop gains by it, `painting` that it costs nothing.
 TURN_S = 0.0005
-"""`benchmarks/desk.py keys` shows what a stop gains by it, `painting` that it costs nothing."""
 
 
 @contextlib.contextmanager

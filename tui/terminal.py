@@ -28,6 +28,7 @@ from textual.message import Message
 if sys.platform != "win32":
     import termios
 
+# Letters of ASCII, each as wide as the sign that it stands for.
 PLAIN = str.maketrans(
     {
         "°": "d",
@@ -41,7 +42,6 @@ PLAIN = str.maketrans(
     | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯┏┓┗┛", "+")
     | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
 )
-"""Letters of ASCII, each as wide as the sign that it stands for."""
 
 
 class PlainLetters(LineFilter):
@@ -89,8 +89,8 @@ class LastingFile:
 # protocol reports them once it is asked to: `CSI 113;1:3 u` is the release of q, `1:2` its repeat.
 # https://sw.kovidgoyal.net/kitty/keyboard-protocol/
 
+# Adds the reports of repeats and releases to what the framework has asked for.
 REPORT_RELEASES = "\x1b[=2;2u"
-"""Adds the reports of repeats and releases to what the framework has asked for."""
 
 RELEASED = "3"
 _EVENT_TYPE = re.compile(r"(\x1b\[[\d:]*;\d*):(\d)(.*)", re.DOTALL)
@@ -203,10 +203,10 @@ def set_mode(terminal: int, mode: Any) -> None:
             termios.tcsetattr(terminal, termios.TCSANOW, mode)
 
 
+# The second says that the terminal was closed; Windows has none.
 ENDING_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
 )
-"""The second says that the terminal was closed; Windows has none."""
 
 
 def on_ending_signals(call: Callable[[int], None]) -> None:

@@ -58,15 +58,15 @@ from tui.widgets import (
 
 # What the screen says about the arm, made from the plain data of its status.
 
+# Percent of the speed that is asked for.
 PERCENTS = (10, 25, 50, 75, 100)
-"""Percent of the speed that is asked for."""
 
 
+# What a status and a report have under the same name and in the same unit.
 SHOWN_ALIKE = (
     "arm", "title", "link", "dialect", "simulated", "trust_reason", "gripper_mm", "paused",
     "speed_override", "stop_time_s", "stop_distance_mm", "silent_time_s", "silent_distance_mm",
 )  # fmt: skip
-"""What a status and a report have under the same name and in the same unit."""
 
 
 def status_of(view: View, model: ArmModel) -> Status:
@@ -105,11 +105,11 @@ def watched_state(name: str, status: Status | None, program: str, ended: str) ->
     )
 
 
+# The rows of a status that the safety panel has.
 IN_SAFETY_PANEL = ("state", "position", "stop")
-"""The rows of a status that the safety panel has."""
 
+# The rows that a small terminal must not cut off.
 FIRST = ("program", "notice", "error")
-"""The rows that a small terminal must not cut off."""
 
 
 def lines(view: View) -> str:
@@ -201,8 +201,8 @@ class WatchScreen(Screen[None]):
 
 GIVEN_BACK = "the program has released the arm"
 ANOTHER_VERSION = "its program is another version of armdrive, whose reports differ"
+# The rows of the desk that count here too.
 COMMON = (STOP, "quit", "look")
-"""The rows of the desk that count here too."""
 
 
 class WatchedProgram:

@@ -18,14 +18,14 @@ from armdrive.errors.printable import printable, printable_lines
 from tui.keys.keyboard import PAIRS, Keyboard, short_label
 from tui.keys.table import SCREENS, DeskKey
 
+# A text and its style.
 Span = tuple[str, str]
-"""A text and its style."""
 
+# Stands for a value that is not known.
 UNKNOWN = "?"
-"""Stands for a value that is not known."""
 
+# Between two groups of the line of keys.
 KEY_GAP = "  "
-"""Between two groups of the line of keys."""
 
 
 class PlainText(Static):

@@ -79,11 +79,11 @@ class AsyncCalls(Generic[S]):
 
 # The async version of each call follows from the way the call is written.
 
+# Calls that never wait: their async versions are not awaited.
 AT_ONCE = frozenset(("estop", "log", "pause", "pose_in", "request", "request_stop", "resume"))
-"""Calls that never wait: their async versions are not awaited."""
 
+# Calls that do not wait for an arm, but compute or write for a while, and so are awaited too.
 LONG = frozenset(("preview", "save", "start"))
-"""Calls that do not wait for an arm, but compute or write for a while, and so are awaited too."""
 
 
 def twin_of(kind: type) -> Callable[[C], C]:

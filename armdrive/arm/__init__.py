@@ -702,11 +702,10 @@ class Arm:
 # An override applies to the whole process on purpose: if a thread of a rehearsed program could
 # connect by itself, it would move the real arm.
 
+# Takes the target and options of `Arm.connect`; returns an arm, or None to connect as usual.
+#
+# The target is None if the program names none.
 ConnectionOverride = Callable[[str | None, ConnectOptions], Arm | None]
-"""Takes the target and options of `Arm.connect`; returns an arm, or None to connect as usual.
-
-The target is None if the program names none.
-"""
 
 _OVERRIDES: list[ConnectionOverride] = []
 

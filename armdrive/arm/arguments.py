@@ -56,6 +56,10 @@ _PLACE = made_of(
 )
 _SEVERAL_LINES = several(whole, "a number counted from 1, or several", LINES)
 
+# The check for each parameter annotation.
+#
+# Simulated arms and pendant programs are recognized by their attributes, because importing their
+# classes would load the simulation for a real arm and the pendant code for every arm.
 RULES: Mapping[str, Rule] = MappingProxyType(
     {
         **BASIC,
@@ -95,8 +99,3 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "target: str": made_of(str, "the name of an arm or a port", f'"sim:{DEFAULT}"'),
     }
 )
-"""The check for each parameter annotation.
-
-Simulated arms and pendant programs are recognized by their attributes, because importing their
-classes would load the simulation for a real arm and the pendant code for every arm.
-"""

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+# When a stop was requested that keeps a motion from starting.
 BEFORE = "before the motion started"
-"""When a stop was requested that keeps a motion from starting."""
 
+# A motion that lasts this many times longer than planned, and `PATIENCE_S` more, is stopped.
 PATIENCE = 4.0
-"""A motion that lasts this many times longer than planned, and `PATIENCE_S` more, is stopped."""
 
 
 class ArmPart:

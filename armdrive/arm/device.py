@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from armdrive.dialects import PendantTools
     from armdrive.registry.pendant import PendantProgram
 
+# One input or output, or several, counted from 1.
 Lines = int | Iterable[int]
-"""One input or output, or several, counted from 1."""
 
 
 def input_bits(core: Core, lines: Lines) -> int:
@@ -58,8 +58,8 @@ def _bits(lines: Lines, what: str, most: int) -> int:
 # Inputs and outputs of the arm's controller: reading, waiting and switching.
 
 WAITING = "waiting for inputs"
+# The states in which an arm's inputs are not read.
 _NOT_POLLED = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
-"""The states in which an arm's inputs are not read."""
 
 
 @known_attributes

@@ -63,8 +63,8 @@ from armdrive.tasks import TaskBody
 from armdrive.trace.recorder import traced
 from kinematics.spaces import Joints, Motors, Pose
 
+# A pose, joint angles, a point, or the name of a point.
 Place = Pose | Joints | Point | str
-"""A pose, joint angles, a point, or the name of a point."""
 
 
 def move_to_place(place: Place, *, line: bool, speed: float, frame: str) -> Motion:

@@ -65,10 +65,9 @@ def _print(text: str) -> int:
     return 0
 
 
+# Widths of a name and of its few words. Two commands stand side by side, so that all of them fit
+# on a screen of 80 by 24.
 _COLUMNS = ((9, 27), (11, 24))
-"""Widths of a name and of its few words. Two commands stand side by side, so that all of them fit
-on a screen of 80 by 24.
-"""
 
 
 def _help() -> str:

@@ -17,8 +17,8 @@ from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 
 DEFAULT_FILE = "default"
+# The most bytes that are read of the file with the default arm's name.
 LARGEST_BYTES = 4096
-"""The most bytes that are read of the file with the default arm's name."""
 
 
 def path_of(name: str) -> Path:

@@ -31,8 +31,8 @@ from armdrive.storage.record import RecordFile, logbook_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.trace.recorder import FlightRecorder
 
+# Bytes. A world with a full program memory and thousands of blocks is smaller.
 LARGEST_BYTES = 8_000_000
-"""Bytes. A world with a full program memory and thousands of blocks is smaller."""
 
 
 def connect_chosen(

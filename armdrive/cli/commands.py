@@ -8,6 +8,12 @@ TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+# Every command by group: its function, written `drive.move:move`, and its few words in
+# `armdrive --help`.
+#
+# A command with actions, as `points`, has a function for each of them, in the table of its group.
+# The arguments of a group are light to load: `--help` of a command needs no more. The module of a
+# function may load all that drives an arm.
 GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
     "Drive": {
         "home": ("drive.home:home", "set the reference"),
@@ -53,19 +59,13 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
         "plot": ("learn.plot:plot", "draw what an arm can reach"),
     },
 })  # fmt: skip
-"""Every command by group: its function, written `drive.move:move`, and its few words in
-`armdrive --help`.
 
-A command with actions, as `points`, has a function for each of them, in the table of its group.
-The arguments of a group are light to load: `--help` of a command needs no more. The module of a
-function may load all that drives an arm.
-"""
-
+# The same by the name of the command alone.
 ROWS = MappingProxyType({name: row for rows in GROUPS.values() for name, row in rows.items()})
-"""The same by the name of the command alone."""
 
 COMMANDS = tuple(ROWS)
 
+# Words that people try, and what to type instead: each thing has one name here.
 INSTEAD: Mapping[str, str] = MappingProxyType(
     {
         "close": "armdrive move --gripper 0",
@@ -86,14 +86,14 @@ INSTEAD: Mapping[str, str] = MappingProxyType(
         "zero": "armdrive home",
     }
 )
-"""Words that people try, and what to type instead: each thing has one name here."""
 
+# `armdrive help exit-codes` prints the table below.
 EXIT_CODES_TOPIC = "exit-codes"
-"""`armdrive help exit-codes` prints the table below."""
 
+# Exit codes of what is no `ArmError`, which has its own; 70 is EX_SOFTWARE of sysexits.h.
 USAGE, REFUSED, FAULT, INTERRUPTED = 2, 3, 70, 130
-"""Exit codes of what is no `ArmError`, which has its own; 70 is EX_SOFTWARE of sysexits.h."""
 
+# What the command line ends with.
 EXIT_CODES: Mapping[int, str] = MappingProxyType(
     {
         0: "done",
@@ -109,4 +109,3 @@ EXIT_CODES: Mapping[int, str] = MappingProxyType(
         143: "ended by SIGTERM; the arm was stopped",
     }
 )
-"""What the command line ends with."""

@@ -21,15 +21,14 @@ from armdrive.text.numbers import number, parse_speed
 from kinematics.errors import nearest_word
 from kinematics.text import filled, folded, sentence
 
+# Declares the options of a command or an action, most of them by its docstring: `add_options`.
+#
+# The docstring of a command is its help: a sentence, options, notes and examples. An action's
+# sentence is that of its row.
 Declare = Callable[[argparse.ArgumentParser], None]
-"""Declares the options of a command or an action, most of them by its docstring: `add_options`.
 
-The docstring of a command is its help: a sentence, options, notes and examples. An action's
-sentence is that of its row.
-"""
-
+# Reads a value as a person types it, or lists those that there are.
 Value = Callable[[str], Any] | Collection[str]
-"""Reads a value as a person types it, or lists those that there are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,22 +162,22 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f" (did you mean {bare[near]}?)" if near else ""
 
 
+# Complaints of argparse that are put into other words here, with the words that are known.
 _UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"
 _CHOICE = r"(?s)(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)"
 _REQUIRED = r"the following arguments are required: (.+)|one of the arguments (.+) is required"
-"""Complaints of argparse that are put into other words here, with the words that are known."""
 
 
 # The help of a command, which declares its options.
 
+# Headings of options of which one may be given at most, and of those that have to be given.
 EXCLUSIVE, REQUIRED = "One of", "Required"
-"""Headings of options of which one may be given at most, and of those that have to be given."""
 
+# Headings that make no group of their own in the help. All others do.
 PLAIN = (EXCLUSIVE, REQUIRED, "Operands", "Options")
-"""Headings that make no group of their own in the help. All others do."""
 
+# Ends the help of an option that may be given several times: its value is a list.
 REPEATED = "may be repeated"
-"""Ends the help of an option that may be given several times: its value is a list."""
 
 _OPTIONS = re.compile(
     r"(?P<heading>[^\n]+):\n(?P<items>  --(?:.|\n)*)|Operands:\n(?P<operands>(?:.|\n)*)"
@@ -247,10 +246,10 @@ def _items(lines: str) -> Iterator[tuple[str, str]]:
         yield typed, " ".join(meaning.split())
 
 
+# An option and its value, or an argument; in brackets what may be left out.
 _TYPED = re.compile(
     r"(?P<option>--[a-z-]+)? ?(?P<maybe>\[)?(?P<value>\S*?)(?P<more> \.\.\.)?(?(maybe)\])"
 )
-"""An option and its value, or an argument; in brackets what may be left out."""
 
 
 def _add_option(
@@ -304,12 +303,12 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     add_switches(parser, {JSON_OPTION: "print JSON"})
 
 
+# Whole numbers have 64 bits wherever they go: into a file, a socket or a system call.
 _MOST_DIGITS = 18
-"""Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
 
 
+# The options that name an arm and how to reach it.
 ARM_OPTIONS = ("arm", "sim", "port", "dialect", "baud")
-"""The options that name an arm and how to reach it."""
 
 
 def typed_again(options: argparse.Namespace, *names: str) -> list[str]:
@@ -381,11 +380,11 @@ def named_number(text: str) -> tuple[str, float]:
     return name.strip().replace("-", "_"), number(value)
 
 
+# The kind of a value, by its name in the help; one without a row is a text.
 VALUES: Mapping[str, Value] = MappingProxyType({
     "NAME": name, "PORT": name, "RATE": count, "DIALECT": DIALECTS, "FILE": Path,
     "FACTOR": positive, "SECONDS": positive, "MM": number, "DEG": number, "SPEED": parse_speed,
 })  # fmt: skip
-"""The kind of a value, by its name in the help; one without a row is a text."""
 
 
 # The options that choose an arm, and whether to trust its position.

@@ -51,8 +51,8 @@ class Inked:
     ink: Ink
 
 
+# One line for people. Its parts hold no colours of their own: what a device sends stays text.
 Line = str | tuple[str | Inked, ...]
-"""One line for people. Its parts hold no colours of their own: what a device sends stays text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +69,8 @@ class Result:
     verbatim: bool = False
 
 
+# What a command returns: results to print, or its exit code if it has printed them itself.
 Outcome = int | Result | Iterable[Result]
-"""What a command returns: results to print, or its exit code if it has printed them itself."""
 
 
 def present(outcome: Outcome, options: argparse.Namespace) -> int:
@@ -160,8 +160,8 @@ def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
     _send(control + "".join(f"{line}{line_end}" for line in shown), sys.stdout)
 
 
+# Begins every error; a terminal shows it in red.
 ERROR_LABEL = "armdrive:"
-"""Begins every error; a terminal shows it in red."""
 
 
 def put_error(text: str) -> None:
@@ -192,8 +192,8 @@ def _send(text: str, output: TextIO) -> None:
 
 # Colours.
 
+# Values of `TERM` for terminals that only print line after line: they neither draw nor colour.
 WITHOUT_SCREEN = ("dumb", "unknown")
-"""Values of `TERM` for terminals that only print line after line: they neither draw nor colour."""
 
 
 def has_colour(output: TextIO) -> bool:
@@ -314,11 +314,11 @@ def reporter(options: argparse.Namespace) -> Iterator[Callable[[str], None]]:
 
 # Remedies name a command. If this command named its arm, the next one has to name it as well.
 
+# The commands in remedies that act on the arm that their options name.
 _ARM_COMMANDS = ("disable", "enable", "home", "jog", "move", "reset", "resume", "status", "verify")
-"""The commands in remedies that act on the arm that their options name."""
 
+# Needs the arm file, which says what is expected.
 _FIX = "`armdrive doctor --fix`"
-"""Needs the arm file, which says what is expected."""
 
 _COMMAND = rf"`armdrive ((?:{'|'.join(_ARM_COMMANDS)})(?: --[a-z-]+)*)`"
 

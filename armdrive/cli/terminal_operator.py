@@ -96,8 +96,8 @@ def confirm_simulated(arm: Arm) -> None:
 # Jogging an arm to a posture, line by line: a picture, small jogs, and `done`. Lines come from the
 # terminal or a pipe; the end of input confirms nothing.
 
+# Degrees or mm of one jog. A slip of the finger, `shoulder -200`, is no small jog.
 MOST_AMOUNT = 20.0
-"""Degrees or mm of one jog. A slip of the finger, `shoulder -200`, is no small jog."""
 
 SPEED = 0.25  # the usual speed of a jog, as that of `Arm.jog_j`
 TIP_AXES = ("x", "y", "z")

@@ -17,11 +17,11 @@ from armdrive.errors.printable import printable_lines, reason_of, shortened
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 
+# The file with the details of the last fault, in the state folder.
 DETAILS = "unexpected.txt"
-"""The file with the details of the last fault, in the state folder."""
 
+# Lines of a traceback to keep; an endless recursion makes thousands of similar lines.
 MOST_LINES = 400
-"""Lines of a traceback to keep; an endless recursion makes thousands of similar lines."""
 
 _MOST_REASON = 200  # characters: the message may quote a whole file
 

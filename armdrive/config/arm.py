@@ -141,11 +141,10 @@ class DialectSection(Protocol):
         """Return the device's abilities with an arm's settings. Raises if these do not fit."""
 
 
+# Returns a dialect by its name, or for None the dialect of a file that names none.
+#
+# It raises `BadRequest`, which suggests the nearest name.
 FindDialect = Callable[[str | None], DialectSection]
-"""Returns a dialect by its name, or for None the dialect of a file that names none.
-
-It raises `BadRequest`, which suggests the nearest name.
-"""
 
 
 def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
@@ -299,10 +298,10 @@ COMMON_KEYS = (
     FORMAT_KEY, "model", "title", "connection", "motion", "gripper", "homing", "park", "tool",
     "frames", "accelerations_deg_s2", "reference", "limits_deg", "speeds_deg_s", "guards",
 )  # fmt: skip
+# The keys of an arm with a link table.
 LINKED_KEYS = (*COMMON_KEYS, "motors", "fingers")
-"""The keys of an arm with a link table."""
+# The keys of an arm of the Mini-mover's build.
 PRESET_KEYS = (*COMMON_KEYS, "lengths", *MOTOR_KEYS, TURNING, SLIDING)
-"""The keys of an arm of the Mini-mover's build."""
 
 
 # Checks of the whole arm, and remarks on a file without problems.

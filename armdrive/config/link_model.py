@@ -52,11 +52,11 @@ from kinematics.presets import ArmModel, Reference
 from kinematics.text import counted
 from kinematics.transmission import MotorSpec, Transmission
 
+# No arm has more links; the time of computations grows with the square of their number.
 MOST_LINKS = 100
-"""No arm has more links; the time of computations grows with the square of their number."""
 
+# Keys of a file with a link table, and of one with joint axes.
 _OF_LINKS, _OF_AXES = ("links", "base", "tool"), ("axes", "tip")
-"""Keys of a file with a link table, and of one with joint axes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -360,12 +360,12 @@ def _at(where: str) -> Iterator[None]:
 # There is no preset, so its keys are required here. Angles are in degrees in the file, and in rad
 # in the model.
 
+# The default guards of an arm without a preset.
 TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
-"""The default guards of an arm without a preset."""
 
 
+# A placeholder for an arm without a gripper's motor; nothing is computed from it.
 NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
-"""A placeholder for an arm without a gripper's motor; nothing is computed from it."""
 
 
 def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
@@ -517,8 +517,8 @@ def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | N
 
 
 STEPS = between(0.1, MOST_STEPS, "directions are signs in sees")
+# The keys of one of [[motors]]; its backlash is read by `read_backlash` (config/sections.py).
 MOTOR_KEYS = ("name", "steps_per_turn", "steps_per_mm", "sees", "follows", TURNING, SLIDING)
-"""The keys of one of [[motors]]; its backlash is read by `read_backlash` (config/sections.py)."""
 
 
 def _motor(row: TomlTable, seen: tuple[str, ...], earlier: list[str]) -> MotorSpec:

@@ -14,14 +14,14 @@ from kinematics.presets import ArmPreset, Reference, cable_transmission, preset
 from kinematics.spaces import JOINT_NAMES
 from kinematics.transmission import Transmission
 
+# The keys of [lengths], fields of the preset's arm.
 LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
-"""The keys of [lengths], fields of the preset's arm."""
+# No link of an arm is longer; guarding a longer one would take too long.
 LONGEST_MM = 10_000.0
-"""No link of an arm is longer; guarding a longer one would take too long."""
+# Degrees a second of a joint.
 SPEED = between(0.01, 3600.0)
-"""Degrees a second of a joint."""
+# Steps of a motor for a turn, or a mm.
 MOST_STEPS = 10_000_000.0
-"""Steps of a motor for a turn, or a mm."""
 STEPS = between(0.1, MOST_STEPS, "directions belong into motor_signs")
 
 
@@ -66,8 +66,8 @@ def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
     return whole and (model.arm, model.transmission) != (known.arm, known.transmission)
 
 
+# The keys about a preset's motors.
 MOTOR_KEYS = ("steps_per_turn", "steps_per_mm", "motor_signs", "joint_signs")
-"""The keys about a preset's motors."""
 
 
 def _transmission(model: ArmPreset, table: TomlTable) -> Transmission | None:

@@ -30,11 +30,11 @@ from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.transmission import Transmission
 
+# How the path of an arm's URDF ends; one that is still to be made is refused as it is read.
 URDF_ENDINGS = (".urdf", ".xacro")
-"""How the path of an arm's URDF ends; one that is still to be made is refused as it is read."""
 
+# How the path of a model file ends: a link table, or a URDF.
 MODEL_ENDINGS = (".toml", *URDF_ENDINGS)
-"""How the path of a model file ends: a link table, or a URDF."""
 
 
 def is_model_file(word: str) -> bool:
@@ -47,8 +47,8 @@ def is_urdf(word: str) -> bool:
     return word.lower().endswith(URDF_ENDINGS)
 
 
+# Names of frames that every arm has (motion/frames.py).
 RESERVED_FRAMES = (BASE_FRAME, TOOL_FRAME)
-"""Names of frames that every arm has (motion/frames.py)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,8 +90,8 @@ class Connection:
         return self.raise_dtr and self.keep_dtr_on_close
 
 
+# More frequent status requests would fill the wire.
 _POLL_LEAST_S = 0.05
-"""More frequent status requests would fill the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,8 +143,8 @@ class MotionSettings:
             )
 
 
+# The kind of a gripper that a digital output switches: it is open or closed.
 OUTPUT = "output"
-"""The kind of a gripper that a digital output switches: it is open or closed."""
 
 GRIPPER_KINDS = ("stepper", "servo", OUTPUT, "none")
 
@@ -221,8 +221,8 @@ class YawedPostureSettings(PostureSettings):
     yaw_deg: float = setting(0.0, "the hand's heading, of an arm of six joints")
 
 
+# Without a park posture in its file an arm parks this far above its reference mark.
 PARK_HEIGHT_MM = 30.0
-"""Without a park posture in its file an arm parks this far above its reference mark."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -340,14 +340,14 @@ def wrong_homing_order(groups: Sequence[Sequence[int]], motors: int, joints: int
 
 # Backlash in whole motor steps: how far a motor turns after a reversal before the arm follows.
 
+# The coordinate of a gripper's motor, in addition to the joints.
 OPENING = "opening"
-"""The coordinate of a gripper's motor, in addition to the joints."""
 
+# The keys, of an arm file or of one of its [[motors]]; the second of a gripper's motor.
 TURNING, SLIDING = "backlash_deg", "backlash_mm"
-"""The keys, of an arm file or of one of its [[motors]]; the second of a gripper's motor."""
 
+# More backlash is a loose screw, which arithmetic cannot compensate.
 WIDTHS = {TURNING: between(0.0, 10.0), SLIDING: between(0.0, 5.0)}
-"""More backlash is a loose screw, which arithmetic cannot compensate."""
 
 
 def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[int, ...]:
@@ -438,8 +438,8 @@ class GuardSettings:
     )
 
 
+# The arrays of tables in [guards].
 ARRAYS = ("boxes", "sums")
-"""The arrays of tables in [guards]."""
 
 
 def guards_of(table: TomlTable, arm: ArmGeometry, known: Guards) -> Guards:

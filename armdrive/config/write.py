@@ -38,6 +38,7 @@ from kinematics.transmission import Transmission
 
 _MOST_DIGITS = 17
 
+# The meanings of sections, and of keys that are written one by one.
 MEANINGS: Mapping[str, str] = {
     "steps_per_mm": "gripper motor, steps per mm of opening",
     SLIDING: "its lost motion at reversals",
@@ -54,7 +55,6 @@ MEANINGS: Mapping[str, str] = {
     "sees": "joint = share; a negative one where it counts the other way",
     "follows": "whole steps added for each step of an earlier motor",
 } | {each.name: rule_of(each).help for kind in (GuardSettings, HomingKeys) for each in fields(kind)}
-"""The meanings of sections, and of keys that are written one by one."""
 
 
 def complete(config: ArmConfig, table: Mapping[str, Any]) -> str:

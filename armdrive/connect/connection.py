@@ -25,14 +25,14 @@ from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage.arm_lock import ArmLock, hold
 
+# Returns the progress of a running program, as plain data.
 ProgramView = Callable[[], dict[str, Any]]
-"""Returns the progress of a running program, as plain data."""
 
+# The log of what no call can report.
 LOGGER = "armdrive"
-"""The log of what no call can report."""
 
+# Closing waits at most this long for the disk to record the arm's position.
 CLOSING_S = 10.0
-"""Closing waits at most this long for the disk to record the arm's position."""
 
 
 class ArmConnection:

@@ -24,12 +24,12 @@ from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import TRAFFIC, TraceEntry
 from kinematics.errors import KinematicsError
 
+# Carries out a request; yields one answer, or a stream of them until either side ends.
 Answers = Callable[[ArmConnection, Json], Iterator[Json]]
-"""Carries out a request; yields one answer, or a stream of them until either side ends."""
 
 WATCH_RANGE_S = (0.02, 3600.0)
+# These keys change by themselves as time passes, so that a change of them is no news.
 PASSING = ("trust_for_s", "percent", "left_s")
-"""These keys change by themselves as time passes, so that a change of them is no news."""
 
 PERCENT_RANGE = (1, 100)
 
@@ -234,6 +234,7 @@ def _messages(pieces: list[Piece]) -> Iterator[list[Piece]]:
 
 # The table of requests.
 
+# Every request by its name: in which order it is answered, and how.
 REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
     {
         "status": (Answering.IN_TURN, _status),
@@ -247,7 +248,6 @@ REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
         "wire": (Answering.WATCHING, _wire),
     }
 )
-"""Every request by its name: in which order it is answered, and how."""
 
 
 def answered(arm: ArmConnection, words: Json) -> tuple[Answering, Iterator[Json]]:

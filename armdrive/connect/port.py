@@ -179,11 +179,11 @@ def _doctor(port: str) -> str:
 # controller, which repeats no request of the old one (`_take`). A task then checks that the same
 # arm answers (`recover`, motion/connecting.py), and leaves it in a state in which nothing moves.
 
+# The pauses before each attempt; the last one repeats. Opening a port can reset a board.
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
-"""The pauses before each attempt; the last one repeats. Opening a port can reset a board."""
+# How long an attempt waits for the old link to close: it may still send a stop, and it holds the
+# port.
 LET_GO_S = 3.0
-"""How long an attempt waits for the old link to close: it may still send a stop, and it holds the
-port."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,8 +15,8 @@ from armdrive.runtime.overrides import given_up
 from armdrive.runtime.states import Event, after
 from armdrive.tasks import Task, TaskBody
 
+# A call that should take no time fails after this long.
 PATIENCE_S = 60.0
-"""A call that should take no time fails after this long."""
 
 T = TypeVar("T")
 

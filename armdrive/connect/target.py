@@ -26,10 +26,10 @@ from armdrive.transports.address import is_can
 from kinematics.errors import suggestion
 
 SIM = "sim:"
+# The arm for a program that names none.
 DEFAULT_TARGET = f"{SIM}{DEFAULT}"
-"""The arm for a program that names none."""
+# Longer than a real arm's default, because a simulated arm can do no harm.
 SIM_PLANNED_BURST_S = 0.5
-"""Longer than a real arm's default, because a simulated arm can do no harm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,8 +82,8 @@ def _as_named(target: Target, name: str, dialect_name: str | None, baud: int | N
     return target
 
 
+# The environment variable that replaces every arm with its simulated twin and closes all ports.
 FORCE_SIM = "ARMDRIVE_FORCE_SIM"
-"""The environment variable that replaces every arm with its simulated twin and closes all ports."""
 
 
 def simulation_forced() -> bool:

@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Unpacker
 
 
+# The value of a whole program.
 P = TypeVar("P")
-"""The value of a whole program."""
 
+# The motor steps at register zero; None if they are unknown.
 Origin: TypeAlias = tuple[int, ...] | None
-"""The motor steps at register zero; None if they are unknown."""
 
 
 def on_demand(place: str) -> Callable[[], Any]:

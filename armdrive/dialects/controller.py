@@ -27,24 +27,24 @@ from armdrive.tasks import (
 )
 from kinematics.spaces import Motors
 
+# Delay that this computer, an adapter, a network or other traffic may add to a message.
 HOST_DELAY_S = 0.03
-"""Delay that this computer, an adapter, a network or other traffic may add to a message."""
 
+# A driver starts a motion only from a position that it read no longer ago than this. The driver's
+# caller looks again sooner (`FRESH_S` in `motion.context`).
 FRESH_POSITION_S = 0.3
-"""A driver starts a motion only from a position that it read no longer ago than this. The driver's
-caller looks again sooner (`FRESH_S` in `motion.context`)."""
 
+# Why a motion is refused while the motors have no current.
 MOTORS_OFF = "its motors are disabled: call `enable()`"
-"""Why a motion is refused while the motors have no current."""
 
+# A motor that homes turns by at most this share of its range. One that turns farther finds no
+# switch.
 OVERTRAVEL = 1.1
-"""A motor that homes turns by at most this share of its range. One that turns farther finds no
-switch."""
 
+# A device that homes is awaited for this much longer than its homing lasts: ramps that it does not
+# report, and lost or late reports. A search that passes its switch is ended sooner, by the device
+# or by its motor's travel, so the margin only delays the error of a search that stands.
 HOMING_MARGIN_S = 5.0
-"""A device that homes is awaited for this much longer than its homing lasts: ramps that it does not
-report, and lost or late reports. A search that passes its switch is ended sooner, by the device or
-by its motor's travel, so the margin only delays the error of a search that stands."""
 
 
 @dataclass(frozen=True, order=True, slots=True)
@@ -283,5 +283,5 @@ def answer_without_device(request: Request) -> Reply:
     raise Refused(f"this controller does not support {type(request).__name__}")
 
 
+# The controller of any dialect, as the engine uses it.
 Controller: TypeAlias = ScriptRunner[Any]
-"""The controller of any dialect, as the engine uses it."""

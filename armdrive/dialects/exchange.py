@@ -19,17 +19,17 @@ from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 from armdrive.errors import ArmError, WrongState
 from armdrive.tasks import SWITCHED_ON, Event, Reply, RequestRejected, Timeout
 
+# The messages of the dialect's codec.
 H = TypeVar("H")
-"""The messages of the dialect's codec."""
 H_co = TypeVar("H_co", covariant=True)
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, H | None, T]
 
+# How often a message that is safe to repeat is sent: a bad line loses one in ten.
 TRIES = 3
-"""How often a message that is safe to repeat is sent: a bad line loses one in ten."""
 
+# A script that is resumed more often than this at one moment is broken, and is ended.
 MOST_TURNS = 10_000
-"""A script that is resumed more often than this at one moment is broken, and is ended."""
 
 
 class Obstructed(Exception):

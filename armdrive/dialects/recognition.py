@@ -15,11 +15,11 @@ from typing import TypeVar
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.lines import LineSplitter
 
+# The messages of a dialect.
 M = TypeVar("M")
-"""The messages of a dialect."""
 
+# Only this many of the last bytes are examined.
 MOST_BYTES = 16384
-"""Only this many of the last bytes are examined."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,6 +191,7 @@ class Recogniser:
 
 _OTHER_PORT = "choose another port (`armdrive ports`)"
 _OTHER_FIRMWARE = f"put {{firmware}} on the board, if it drives the arm; else {_OTHER_PORT}"
+# Other devices that are often connected to such a port.
 _UNSUPPORTED = (
     (
         rb"echo:\s*Marlin|Marlin [0-9b]|FIRMWARE_NAME:\s*Marlin",
@@ -208,7 +209,6 @@ _UNSUPPORTED = (
         "wait until it has started; if nothing else comes, its firmware is missing or broken",
     ),
 )
-"""Other devices that are often connected to such a port."""
 
 
 # Bytes that no dialect recognises.
@@ -220,8 +220,8 @@ def says_something_readable(received: bytes) -> bool:
     return printable >= 0.9 * len(received)
 
 
+# How many of the first writes are searched for in the received bytes.
 FIRST_WRITES = 8
-"""How many of the first writes are searched for in the received bytes."""
 
 
 def comes_back(sent: Sequence[bytes], received: bytes) -> bool:

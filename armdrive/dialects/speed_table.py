@@ -77,9 +77,9 @@ def speed_margin(default: float) -> Any:
     return setting(default, means, low=1.0, high=20.0)
 
 
+# A motion shorter or longer than these shares of the expected time is not believed: its answer may
+# be another command's. The upper share is of the longest time that the meter still allows.
 EARLY, LATE = 0.4, 1.5
-"""A motion shorter or longer than these shares of the expected time is not believed: its answer may
-be another command's. The upper share is of the longest time that the meter still allows."""
 
 
 @dataclass(slots=True)
@@ -149,13 +149,13 @@ class SpeedMeter:
         return TIMEOUT_FACTOR * self.longest_s(steps, setting)
 
 
+# The timeout of a motion, as a multiple of the slowest arm's time. It exceeds `LATE`: an answer,
+# even one that is not believed, shows that the arm can be asked where it is.
 TIMEOUT_FACTOR = 2.0
-"""The timeout of a motion, as a multiple of the slowest arm's time. It exceeds `LATE`: an answer,
-even one that is not believed, shows that the arm can be asked where it is."""
 
+# The time of a shorter motion says more about the wire than about the motors.
 SHORTEST_MEASURED_S = 0.04
-"""The time of a shorter motion says more about the wire than about the motors."""
+# Delay that the operating system and an adapter may add to an answer.
 DELAY_S = 0.05
-"""Delay that the operating system and an adapter may add to an answer."""
+# Error of a measured time due to the clock's resolution.
 CLOCK_S = 0.02
-"""Error of a measured time due to the clock's resolution."""

@@ -16,16 +16,16 @@ from firmware_protocol.frames import Frame
 from firmware_protocol.lines import LineSplitter
 from kinematics.text import shown_name
 
+# A sentence for each class of messages.
 Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
-"""A sentence for each class of messages."""
 
 _SPLIT = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
+# Suffixes of field names that are units, and their notation.
 UNITS: Mapping[str, str] = {
     "rpm": "rpm", "ms": "ms", "ma": "mA", "steps": "steps", "deg": "deg", "mm": "mm", "s": "s",
     "n": "N",
 }  # fmt: skip
-"""Suffixes of field names that are units, and their notation."""
 
 
 def plain(message: object) -> str:

@@ -29,14 +29,15 @@ class Wording:
     desk: str
 
 
+# Actions that every interface offers: "call `reset()`" asks for one, "`reset()`" names it.
 ACTIONS = (
     Wording("reset()", "armdrive reset", "reset", "{reset}"),
     Wording("enable()", "armdrive enable", "enable", "{motors}"),
     Wording("disable()", "armdrive disable", "disable", "{motors}"),
     Wording("home()", "armdrive home", "home", "{reference}"),
 )
-"""Actions that every interface offers: "call `reset()`" asks for one, "`reset()`" names it."""
 
+# Whole phrases, for actions that some interfaces offer only in a roundabout way.
 PHRASES = (
     Wording(
         "call `reference.confirm_restored()`, or connect with `allow_restored=True`",
@@ -91,10 +92,9 @@ PHRASES = (
     Wording("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),
     Wording("call `without_origin()`", "add `--as-is`", "add `--as-is`", "add `--as-is`"),
 )
-"""Whole phrases, for actions that some interfaces offer only in a roundabout way."""
 
+# Python's words, with the words of an interface for each.
 Words = Mapping[str, str]
-"""Python's words, with the words of an interface for each."""
 
 
 def _words(pairs: Iterator[tuple[str, str]]) -> Words:

@@ -24,16 +24,15 @@ from armdrive.errors import BadArgument
 from armdrive.errors.kinematic import refusal_of
 from kinematics.errors import KinematicsError, finite, suggestion
 
+# More than eleven days. A longer time is a slip that real timers cannot count (they overflow at
+# 292 years), and whose end a simulation, which reads the registers all the while, never reaches.
 LONGEST_TIME_S = 1e6
-"""More than eleven days. A longer time is a slip that real timers cannot count (they overflow at
-292 years), and whose end a simulation, which reads the registers all the while, never reaches.
-"""
 
+# Characters of a wrong value that an error quotes.
 LONGEST_SHOWN = 80
-"""Characters of a wrong value that an error quotes."""
 
+# Returns the checked value of an argument, or raises the error that names the argument.
 Rule = Callable[[str, object], object]
-"""Returns the checked value of an argument, or raises the error that names the argument."""
 
 
 def anything(_: str, value: object) -> object:
@@ -119,6 +118,7 @@ def several(each: Rule, words: str, example: str) -> Rule:
     return rule
 
 
+# The rules of Python's own types, by their annotations.
 BASIC: Mapping[str, Rule] = {
     "float": number,
     "_s: float": duration,
@@ -130,7 +130,6 @@ BASIC: Mapping[str, Rule] = {
     "str": text,
     "object": anything,
 }
-"""The rules of Python's own types, by their annotations."""
 
 
 def wrong(name: str, value: object, words: str, example: str = "") -> BadArgument:
@@ -274,8 +273,8 @@ def checked_calls(rules: Mapping[str, Rule], *only: str) -> Callable[[C], C]:
 
 # Attributes that a program assigns.
 
+# The attribute of an object whose `__init__` has ended.
 _COMPLETE = "_complete"
-"""The attribute of an object whose `__init__` has ended."""
 
 
 def known_attributes(kind: C) -> C:

@@ -11,8 +11,8 @@ from __future__ import annotations
 import os
 import shlex
 
+# Characters. A longer line of a message quotes its input at length, and loses its middle.
 LONGEST_LINE = 2_000
-"""Characters. A longer line of a message quotes its input at length, and loses its middle."""
 
 ELLIPSIS = " ... "
 _KEPT_AT_END = 400  # an error says what to do at its end

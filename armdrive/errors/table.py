@@ -32,6 +32,7 @@ class CatalogueEntry:
     remedy: str
 
 
+# Sentences of several rows.
 _PHRASES = {
     "LATCHED": "The arm stands still, and error-stop is latched: nothing moves before `reset()`.",
     "STANDS": "The arm stops after its last burst; motors that have current hold it there.",
@@ -44,7 +45,6 @@ _PHRASES = {
     "LOOK_RESET_HOME": "Look at the arm, call `reset()`, then `home()`.",
     "LOOK_AND_HOME": "Look at the arm, then call `home()`.",
 }
-"""Sentences of several rows."""
 
 _ROW = re.compile(r"(E\d{3}): (.+) \((\w+)\)")
 _LABEL = len("  remedy  ")
@@ -68,11 +68,11 @@ def _read(catalogue: str) -> Mapping[str, tuple[CatalogueEntry, ...]]:
     return MappingProxyType({subject: tuple(rows) for subject, rows in groups.items()})
 
 
+# The rows by subject.
 GROUPS = _read(Path(__file__).with_name("catalogue.txt").read_text("utf-8"))
-"""The rows by subject."""
 
+# Every row, in the order of the codes.
 ENTRIES: tuple[CatalogueEntry, ...] = tuple(row for rows in GROUPS.values() for row in rows)
-"""Every row, in the order of the codes."""
 
 _BY_NAME = MappingProxyType({row.name: row for row in ENTRIES})
 _BY_CODE = MappingProxyType({row.code: row for row in ENTRIES})

@@ -447,15 +447,14 @@ def _pauses_s() -> Iterator[float]:
 TURNING_ROUND = "the arm stopped while reversing, so the backlash may or may not be taken up"
 
 
+# An unrounded point, and the least time to get there.
 Way = tuple[ArmCoordinates, float]
-"""An unrounded point, and the least time to get there."""
 
+# The longest way without a step that is drawn at once.
+#
+# Of a motion that is slower, the way to the next step may take hours: to draw all of it would keep
+# the engine busy for seconds.
 LONGEST_STILL_S = 0.5
-"""The longest way without a step that is drawn at once.
-
-Of a motion that is slower, the way to the next step may take hours: to draw all of it would keep
-the engine busy for seconds.
-"""
 
 
 class StreamedCourse:

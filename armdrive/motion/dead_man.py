@@ -23,23 +23,21 @@ HOLD_SHORTEST_S = 0.12
 HOLD_LONGEST_S = 0.25
 HOLD_INTERVALS = 3.0
 
+# Wait before an event begins something: no person presses another key sooner or notices the wait,
+# and a paste never pauses for so long.
 GATE_S = 0.03
-"""Wait before an event begins something: no person presses another key sooner or notices the wait,
-and a paste never pauses for so long."""
+# This many events in less than `GATE_S` are a backlog.
+#
+# The fastest keyboards repeat every 15 ms, so three repeats fit into that time. A computer that was
+# busy for 35 ms just before adds three more.
 GATE_EVENTS = 7
-"""This many events in less than `GATE_S` are a backlog.
-
-The fastest keyboards repeat every 15 ms, so three repeats fit into that time. A computer that was
-busy for 35 ms just before adds three more.
-"""
 
 BURST_S = 0.008
+# This many events in less than `BURST_S` are a backlog.
+#
+# A stalled link delivers its backlog within a few milliseconds. A computer that was busy for 35 ms
+# delivers three events at once, and the next one 10 ms later.
 BURST_EVENTS = 4
-"""This many events in less than `BURST_S` are a backlog.
-
-A stalled link delivers its backlog within a few milliseconds. A computer that was busy for 35 ms
-delivers three events at once, and the next one 10 ms later.
-"""
 
 ARM_AFTER_QUIET_S = 0.25  # arming needs this long without keys, so that no backlog can arm
 

@@ -143,8 +143,8 @@ def may_lag(core: Core, steps: Motors, rate_hz: float) -> bool:
 # take the tip too far off its path, the backlash is taken up beforehand, in pieces of its own that
 # move no joint.
 
+# Takes the busiest motor's steps and a rate; returns the longest time they may take.
 Lasts = Callable[[float, float], float]
-"""Takes the busiest motor's steps and a rate; returns the longest time they may take."""
 
 
 def pieces(

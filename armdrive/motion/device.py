@@ -87,8 +87,8 @@ def fix_settings(context: MotionContext, lines: tuple[str, ...]) -> TaskBody[Dev
 # The line has no checksum, and a row with a corrupted digit still looks valid. A program is
 # therefore read until two readings agree, and written row by row, then read back.
 
+# The words of one row; the first is its number.
 Row = tuple[int, ...]
-"""The words of one row; the first is its number."""
 
 RowReport = Callable[[int], object]
 

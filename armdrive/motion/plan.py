@@ -307,8 +307,8 @@ def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
     raise guard_error(broken, 1.0, _nearest_goal(config, goal, seed))
 
 
+# How far beyond the bound a pose is moved until it is allowed as messages print it.
 FURTHER_MM = (0.0, 0.1, 0.3, 1.0, 3.0)
-"""How far beyond the bound a pose is moved until it is allowed as messages print it."""
 
 
 def _nearest_goal(config: ArmConfig, goal: Pose, seed: Joints) -> Pose | None:

@@ -233,8 +233,8 @@ EYE_MM, EYE_STEPS = 0.5, 3
 
 GROSS_RAD = math.radians(10.0)  # more than an arm loses between two verifications in normal use
 
+# References taken away from the mark, so that errors of lengths and gear ratios show there.
 FROM_ELSEWHERE = (Evidence.DECLARED.value, Evidence.HOMED_BY_SWITCHES.value)
-"""References taken away from the mark, so that errors of lengths and gear ratios show there."""
 
 SHOWN_RAD = math.radians(0.005)
 

@@ -19,13 +19,13 @@ from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints, Pose
 
+# The largest distance between the points of equal postures.
 SAME_MM = 1e-6
-"""The largest distance between the points of equal postures."""
 
 Spot = tuple[float, float, float]
 
+# Makes one posture of another; may raise `KinematicsError` or `Refused`.
 Shape = Callable[[Joints], Joints]
-"""Makes one posture of another; may raise `KinematicsError` or `Refused`."""
 
 
 @dataclass(frozen=True, slots=True)

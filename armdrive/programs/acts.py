@@ -19,8 +19,8 @@ from armdrive.programs.language.values import PlaceValue, Value
 from armdrive.programs.problems import SourceMark
 from armdrive.text.json_forms import move_to_json
 
+# The moves of a program; it has no jogs.
 ProgramMove = Motion | GraspMove | MoveSequence
-"""The moves of a program; it has no jogs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,8 +109,8 @@ Act: TypeAlias = (
 )
 Answer: TypeAlias = float | bool | PlaceValue | None
 
+# The acts that move the arm.
 MOTIONS = (Go, Home)
-"""The acts that move the arm."""
 
 
 _MOVE_NAMES = MappingProxyType({GripperMove: "Fingers", GraspMove: "Grasp", ParkMove: "Ready"})

@@ -17,12 +17,12 @@ from armdrive.sim.world.table import TableBlock
 from kinematics.spaces import Pose
 from kinematics.text import mm_text
 
+# Height of the straight lifts above the places of the blocks.
 SAFE_MM = 60.0
-"""Height of the straight lifts above the places of the blocks."""
+# How much wider than a block the fingers open to release it without touching another.
 CLEARANCE_MM = 12.0
-"""How much wider than a block the fingers open to release it without touching another."""
+# How far a block may stand from its place: rounding to steps, and the fingers that push it.
 NEAR_ENOUGH_MM = 2.0
-"""How far a block may stand from its place: rounding to steps, and the fingers that push it."""
 DOWN_DEG = -90.0
 
 
@@ -37,12 +37,12 @@ class Job:
     to_mm: tuple[float, float, float]
 
 
+# A tower of three at the right, from three places at the left.
 JOBS = (
     Job("A", 38.0, 30.0, (240.0, 110.0, 0.0), (260.0, -90.0, 0.0)),
     Job("B", 30.0, 30.0, (310.0, 60.0, 0.0), (260.0, -90.0, 30.0)),
     Job("C", 22.0, 30.0, (190.0, 40.0, 0.0), (260.0, -90.0, 60.0)),
 )
-"""A tower of three at the right, from three places at the left."""
 
 
 @dataclass(frozen=True, slots=True)

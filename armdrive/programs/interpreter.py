@@ -88,11 +88,11 @@ from kinematics.spaces import Joints, Pose
 
 # The state of a running program, and how it is written down as JSON data.
 
+# The opening for the next move after `open` without a width.
 ALL_THE_WAY = "open"
-"""The opening for the next move after `open` without a width."""
 
+# How deep subprograms may call one another, or themselves.
 DEEPEST_CALL = 50
-"""How deep subprograms may call one another, or themselves."""
 
 
 @dataclass(slots=True)
@@ -161,6 +161,7 @@ _FRAME = record(
     own=by_name(VALUE),
     loops=by_name(several(optional(WHOLE))),
 )
+# How a state is written down; reading anything else raises `BadArgument`.
 STATE = record(
     MachineState,
     at=WHOLE,
@@ -172,7 +173,6 @@ STATE = record(
     opening=Form(lambda opening: opening, _opening, {}),
     ended=_TRUTH,
 )
-"""How a state is written down; reading anything else raises `BadArgument`."""
 
 
 # One line while it runs.
@@ -517,6 +517,7 @@ def _call(context: LineContext) -> None:
     context.following = context.row.target
 
 
+# The function of every instruction.
 HANDLERS: Mapping[str, Callable[[LineContext], None]] = MappingProxyType({
     "move": _move, "move_line": _move, "move_with": _move, "move_line_with": _move,
     "approach": _approach, "approach_line": _approach, "depart": _depart, "depart_line": _depart,
@@ -527,4 +528,3 @@ HANDLERS: Mapping[str, Callable[[LineContext], None]] = MappingProxyType({
     "expect": _expect, STOP: _stop, RETURN: _return,
     ASSIGN: _assign, UNLESS: _unless, JUMP: _jump, ROUNDS: _rounds, ROUND: _round, CALL: _call,
 })  # fmt: skip
-"""The function of every instruction."""

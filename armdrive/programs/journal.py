@@ -48,11 +48,11 @@ from kinematics.errors import KinematicsError
 from kinematics.spaces import Joints
 from kinematics.text import deg_text, mm_text
 
+# The format of a journal. One of another number was written by another version, and is refused.
 FORMAT = 3
-"""The format of a journal. One of another number was written by another version, and is refused."""
 
+# Bytes. What is longer is not even read.
 LONGEST_JOURNAL = 8_000_000
-"""Bytes. What is longer is not even read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,11 +206,11 @@ def _removed(path: Path) -> None:
 # The interrupted act is finished from where the arm is. So the arm must stand where that act began,
 # on its path, or at its end, and its position must be trusted.
 
+# How far every joint may be from a posture on the path: motors deviate between bursts.
 NEAR_RAD = math.radians(3.0)
-"""How far every joint may be from a posture on the path: motors deviate between bursts."""
 
+# How far the fingers may be from where they should be.
 NEAR_MM = 2.0
-"""How far the fingers may be from where they should be."""
 
 
 def resumed_plan(

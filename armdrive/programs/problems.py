@@ -9,11 +9,11 @@ from typing import TypeAlias
 from armdrive.errors import ArmError
 from armdrive.errors.printable import printable
 
+# The most characters of a line that are shown.
 EXCERPT = 200
-"""The most characters of a line that are shown."""
 
+# The most problems of a program that are shown: more are consequences of the first.
 MOST_SHOWN = 20
-"""The most problems of a program that are shown: more are consequences of the first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +66,8 @@ def mark_of(error: BaseException, otherwise: SourceMark | None) -> SourceMark | 
     return mark or otherwise
 
 
+# The lines of programs, by their file and number.
 SourceLines: TypeAlias = Mapping[tuple[str, int], str]
-"""The lines of programs, by their file and number."""
 
 
 def numbered_lines(lines: Iterable[str], file: str = "", first: int = 1) -> SourceLines:

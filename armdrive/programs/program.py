@@ -234,11 +234,11 @@ def _joints_wrong(named: list[str], known: tuple[str, ...]) -> str:
     )
 
 
+# The most instructions between two acts. They take some tenths of a second.
 MOST_STEPS = 100_000
-"""The most instructions between two acts. They take some tenths of a second."""
 
+# The format of a snapshot.
 FORMAT = 2
-"""The format of a snapshot."""
 
 
 class Machine:

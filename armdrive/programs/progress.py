@@ -19,11 +19,11 @@ from armdrive.arm import Arm
 from armdrive.programs.acts import RunStep
 from armdrive.programs.problems import SourceLines, SourceMark
 
+# The number of loops that means endless.
 FOR_EVER = 0
-"""The number of loops that means endless."""
 
+# The second loop begins where the first ended, and so do all others.
 LOOPS_REHEARSED = 2
-"""The second loop begins where the first ended, and so do all others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,8 +188,8 @@ class RunView:
 
 # A running program's position and times as text.
 
+# A line without its comment; no match if it has none.
 _SAID = re.compile(r"""(?:"[^"]*"|'[^']*'|[^"'#])*(?=#)""")
-"""A line without its comment; no match if it has none."""
 
 
 def place_words(view: Mapping[str, Any]) -> str:

@@ -82,8 +82,8 @@ DEFAULT_OPTIONS = RehearsalOptions()
 
 WORDS = {True: "on", False: "off"}
 
+# The longest sleep of a twin: during a longer wait nothing more happens to it.
 NAP_S = 1.0
-"""The longest sleep of a twin: during a longer wait nothing more happens to it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,8 +238,8 @@ class Rehearser(Performer):
 
 # The physical path of a simulated arm's tip, for the picture of a rehearsal.
 
+# The least distance between two points of the path.
 NEAREST_MM = 1.0
-"""The least distance between two points of the path."""
 
 
 class TracedScene:
@@ -376,17 +376,17 @@ def _likely_position(seen: SeenArm) -> tuple[ArmCoordinates | None, str]:
 
 # How long a rehearsal takes.
 
+# Real time. The arm is held while a program is rehearsed before it runs.
 BEFORE_RUN_S = 5.0
-"""Real time. The arm is held while a program is rehearsed before it runs."""
 
+# Real time. A person who only checks a program waits longer, and the arm is free meanwhile.
 CHECK_S = 10.0
-"""Real time. A person who only checks a program waits longer, and the arm is free meanwhile."""
 
+# Acts that need no position, after which a program is not expected to reference the arm.
 MOST_BEFORE_HOME = 1000
-"""Acts that need no position, after which a program is not expected to reference the arm."""
 
+# Real time between two reports of a rehearsal that takes long.
 TELL_EVERY_S = 1.0
-"""Real time between two reports of a rehearsal that takes long."""
 
 
 class TooLong(BaseException):

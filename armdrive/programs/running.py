@@ -51,11 +51,11 @@ from kinematics.spaces import Joints
 
 # The waits of a run: a pause lengthens them, a stop or a suspension ends them.
 
+# The longest sleep of a wait, on the arm's clock: between two sleeps a stop ends it.
 SLICE_S = 0.05
-"""The longest sleep of a wait, on the arm's clock: between two sleeps a stop ends it."""
 
+# The time between two looks of a paused program whether it may go on, in real time.
 BREATH_S = 0.02
-"""The time between two looks of a paused program whether it may go on, in real time."""
 
 
 class Waits:
@@ -277,11 +277,11 @@ class RunPlan:
         return self.machine or self.source
 
 
+# Is called before every act of a run; an exception prevents the act and ends the run.
 BeforeAct: TypeAlias = Callable[[RunStep, Machine], object]
-"""Is called before every act of a run; an exception prevents the act and ends the run."""
 
+# Is called after every act that has ended well, with how long it took on the arm's clock.
 AfterAct: TypeAlias = Callable[[RunStep, Answer, float], object]
-"""Is called after every act that has ended well, with how long it took on the arm's clock."""
 
 
 class ProgramRun:

@@ -32,8 +32,8 @@ from armdrive.trace import recorder as recorded
 # The calls that a script makes of its arms, and the line of each. They are seen where the flight
 # recorder sees them. A call inside another call, as `park` calls `move_to`, does not count.
 
+# The most frames searched for a line of the script.
 DEEPEST = 1000
-"""The most frames searched for a line of the script."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +46,8 @@ class ScriptCall:
     """Whether the fingers close on an object."""
 
 
+# The call that closes the gripper on an object.
 GRASP = "gripper.grasp"
-"""The call that closes the gripper on an object."""
 
 
 def _feels(argument: object) -> bool:
@@ -84,8 +84,8 @@ def script_line(traced: FrameType, script: str) -> int | None:
     return line
 
 
+# Bytes. A script may contain a table.
 LARGEST_SCRIPT = 4_000_000
-"""Bytes. A script may contain a table."""
 
 
 class ScriptStage(Protocol):

@@ -38,11 +38,11 @@ from armdrive.programs.program import (
     checked_program,
 )
 
+# Values that only an arm can give.
 OF_THE_ARM = (HERE, "input")
-"""Values that only an arm can give."""
 
+# `width = 3` names a value; it could also be read as a comparison.
 _NAMING = re.compile(r"\s*\w+\s*=(?!=)")
-"""`width = 3` names a value; it could also be read as a comparison."""
 
 
 @dataclass(frozen=True, slots=True)

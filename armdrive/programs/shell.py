@@ -69,14 +69,14 @@ class Reply:
 
 Answers: TypeAlias = Iterator[Reply | PromptEntry]
 
+# A word and the text after it; `list = 3` assigns a value instead.
 _LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
-"""A word and the text after it; `list = 3` assigns a value instead."""
 
+# The name of a pipe in places.
 INPUT = "standard input"
-"""The name of a pipe in places."""
 
+# The word after the name of a file that may be overwritten.
 OVER = "over"
-"""The word after the name of a file that may be overwritten."""
 
 
 class Shell:
@@ -382,6 +382,7 @@ class OwnWord:
     answer: Callable[[Shell, str], Answers]
 
 
+# Every word of the shell.
 OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({row.pattern.split()[0]: row for row in (
     OwnWord("help [WORD]", "List all words, or explain one.", _help),
     OwnWord("where", "Where the arm stands.", _where),
@@ -402,4 +403,3 @@ OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({row.pattern.split()[0]: row
     OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),
     OwnWord("exit", "Leave, as `quit` does.", _quit),
 )})  # fmt: skip
-"""Every word of the shell."""

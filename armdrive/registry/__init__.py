@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Frame
 
 
+# Each dialect's statement about itself, and its simulated device: a real arm imports none.
 _ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
     (TEACHMOVER, on_demand("armdrive.sim.teachmover:KIND")),
     (ROBKO01, on_demand("armdrive.sim.robko01:KIND")),
@@ -41,14 +42,13 @@ _ROWS: tuple[tuple[Dialect, Callable[[], SimDeviceKind]], ...] = (
     (MKS, on_demand("armdrive.sim.mks:KIND")),
     (CIA402, on_demand("armdrive.sim.cia402:KIND")),
 )
-"""Each dialect's statement about itself, and its simulated device: a real arm imports none."""
 
+# What each dialect states about itself, by its name.
 DIALECTS: Mapping[str, Dialect] = MappingProxyType({entry.name: entry for entry, _ in _ROWS})
-"""What each dialect states about itself, by its name."""
 _SIMULATED = MappingProxyType({entry.name: simulated for entry, simulated in _ROWS})
 
+# The dialect of an arm file that names none, and of the simulated arm where no arm is named.
 DEFAULT = TEACHMOVER.name
-"""The dialect of an arm file that names none, and of the simulated arm where no arm is named."""
 
 
 def dialect(name: str) -> Dialect:
@@ -77,12 +77,12 @@ def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
 
 # The languages of drives on a CAN bus.
 
+# Every language by its name.
 LANGUAGES: Mapping[str, Language] = MappingProxyType(
     {row.language.name: row.language for row in DIALECTS.values() if row.language is not None}
 )
-"""Every language by its name."""
+# The default language on a bus: that of the first such row.
 USUAL = next(iter(LANGUAGES.values()))
-"""The default language on a bus: that of the first such row."""
 
 
 def language_of(name: str) -> Language:

@@ -78,6 +78,10 @@ class Camera:
         return replace(self, zoom=0, centre_mm=None)
 
 
+# Views by name, in the order of the key for the next view.
+#
+# From the side x points right. From above, and in iso, the viewer is behind the base, so that
+# turning the base to the left turns the picture of the arm to the left.
 VIEWS: Mapping[str, Camera] = MappingProxyType(
     {
         "iso": Camera(225, 35),
@@ -86,11 +90,6 @@ VIEWS: Mapping[str, Camera] = MappingProxyType(
         "front": Camera(0, 0),
     }
 )
-"""Views by name, in the order of the key for the next view.
-
-From the side x points right. From above, and in iso, the viewer is behind the base, so that turning
-the base to the left turns the picture of the arm to the left.
-"""
 
 
 def side_of(base_rad: float) -> Camera:
@@ -179,6 +178,9 @@ def _middle(camera: Camera, dome: Dome) -> Point:
 
 ORBIT_DEG = 10  # one step around the arm or up; divides a full turn
 
+# All changes of the view by name: the next camera for the present one, the tip and the arm's dome.
+#
+# `nearer` zooms in on the tip.
 LOOKS: Mapping[str, Callable[[Camera, Point | None, Dome], Camera]] = MappingProxyType(
     {
         "left": lambda camera, _tip, _dome: camera.orbited(-ORBIT_DEG),
@@ -191,7 +193,3 @@ LOOKS: Mapping[str, Callable[[Camera, Point | None, Dome], Camera]] = MappingPro
         "next": lambda camera, _tip, _dome: next_view(camera),
     }
 )
-"""All changes of the view by name: the next camera for the present one, the tip and the arm's dome.
-
-`nearer` zooms in on the tip.
-"""

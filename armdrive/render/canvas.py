@@ -56,6 +56,7 @@ class Pattern:
     word: str = ""
 
 
+# Every ink that draws lines.
 PATTERNS: Mapping[Ink, Pattern] = MappingProxyType(
     {
         Ink.TABLE: Pattern(1, 6, "."),
@@ -71,7 +72,6 @@ PATTERNS: Mapping[Ink, Pattern] = MappingProxyType(
         Ink.AXIS: Pattern(),
     }
 )
-"""Every ink that draws lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,15 +109,15 @@ class Layer:
 
 # --- A finished picture, and how it differs from another -----------------------------------------
 
+# Column, row and width, in cells.
 Span = tuple[int, int, int]
-"""Column, row and width, in cells."""
 
 CLOSE = 16  # changed cells at most this far apart share a span: a new one would cost as many bytes
 
 _EMPTY_BRAILLE = "\u2800"
 
+# Cells of one ink, including the empty cells around them, whose ink is invisible.
 _RUNS = re.compile(rb"\0*([^\0])(?:\1|\0)*|\0+")
-"""Cells of one ink, including the empty cells around them, whose ink is invisible."""
 
 _INKS = tuple(Ink)
 
@@ -175,8 +175,8 @@ class Painted:
 Dots = tuple[float, float]
 Ends = tuple[float, float, float, float]
 
+# The bit of a dot by its row and column in the cell (Unicode block U+2800, dots 1 to 8).
 _BITS = (0x01, 0x08, 0x02, 0x10, 0x04, 0x20, 0x40, 0x80)
-"""The bit of a dot by its row and column in the cell (Unicode block U+2800, dots 1 to 8)."""
 
 _FIRST_LETTER, _LAST_LETTER = 32, 126
 
@@ -350,11 +350,11 @@ class Raster:
 
 # --- Whether a terminal can show braille ---------------------------------------------------------
 
+# The Linux console has no braille in its font; a dumb terminal has nothing.
 _PLAIN_TERMINALS = ("linux", "dumb")
-"""The Linux console has no braille in its font; a dumb terminal has nothing."""
 
+# In the order of precedence in POSIX: the first variable that is set decides.
 _LOCALE_VARIABLES = ("LC_ALL", "LC_CTYPE", "LANG")
-"""In the order of precedence in POSIX: the first variable that is set decides."""
 
 
 def can_braille(encoding: str | None, environ: Mapping[str, str]) -> bool:

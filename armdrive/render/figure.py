@@ -27,8 +27,8 @@ LETTER = 1.3  # distance of an axis's letter from its origin, in lengths of the 
 AXES = "xyz"
 GOAL_LETTER = "G"
 
+# The moving point before the tip, if a tool makes the tip differ from the finger tips.
 _FINGER_TIPS = "fingers"
-"""The moving point before the tip, if a tool makes the tip differ from the finger tips."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,10 +130,10 @@ def _moved(point: Point, along: Vector, by_mm: float) -> Point:
 # are measured in mm back from full extension: a view scales its picture by the zero posture, which
 # then is the longest one.
 
+# No obstacles: a model stands alone.
 NO_GUARDS = Guards(
     table=False, inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None
 )
-"""No obstacles: a model stands alone."""
 
 FREE_MM = 500.0  # assumed limit of a prismatic joint without limits
 

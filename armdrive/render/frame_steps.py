@@ -20,8 +20,8 @@ _AXIS = 0.5  # length of a joint axis to either side of its origin, in the same 
 _LEAST_MM = 10.0  # half the size of an arm whose frames share one origin
 _SAME_MM = 1e-3  # texts nearer to each other than this are written side by side
 
+# What the legend calls the dotted lines.
 AXIS_WORD = "joint axis"
-"""What the legend calls the dotted lines."""
 
 
 class StepDrawing:

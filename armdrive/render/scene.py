@@ -142,11 +142,10 @@ def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
 
 MOST_POINTS = 400
 
+# If the tip moves by this share of the reach between two updates, the position was changed.
+#
+# The fastest arm sweeps its whole reach in about a second, and updates are 0.05 s apart.
 LEAP = 0.35
-"""If the tip moves by this share of the reach between two updates, the position was changed.
-
-The fastest arm sweeps its whole reach in about a second, and updates are 0.05 s apart.
-"""
 
 _SPACING = 0.008  # share of the reach; closer points would fall on the same dots
 
@@ -197,16 +196,16 @@ class Trail:
 # height, at any pitch.
 
 PITCH_DEG = 5  # the outline is computed for the nearest multiple of this pitch
+# The same for the azimuth, because the base's limits restrict the reach behind its axis.
 AZIMUTH_DEG = 15
-"""The same for the azimuth, because the base's limits restrict the reach behind its axis."""
 
 _STEP_MM = 20.0  # length of chords; on the smallest arc of an arm they are within 1 mm of it
 
 _POSTURES = 3000
 _LEVELS = 24
 
+# Pitch and azimuth in degrees; always (0, 0) for an arm with a single outline.
 Key = tuple[int, int]
-"""Pitch and azimuth in degrees; always (0, 0) for an arm with a single outline."""
 
 
 @dataclass(frozen=True, slots=True)

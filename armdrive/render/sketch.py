@@ -21,8 +21,8 @@ Span = tuple[float, float]
 
 _SMALLEST_MM = 1.0
 
+# The room of sketches side by side, however large or small the terminal is.
 MOST_COLUMNS, MOST_ROWS, LEAST_ROWS = 110, 36, 8
-"""The room of sketches side by side, however large or small the terminal is."""
 
 
 @dataclass(frozen=True, slots=True)

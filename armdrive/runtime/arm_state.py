@@ -63,8 +63,8 @@ from kinematics.spaces import Motors
 
 # The error and the notice in the status.
 
+# The code of a fault that is reported as text only.
 FAULT = named("DeviceFault").code
-"""The code of a fault that is reported as text only."""
 
 EMERGENCY_STOP = named("EMERGENCY_STOP").code
 WRONG_STATE = named("WrongState").code

@@ -203,11 +203,10 @@ def _on(engine: Engine) -> str:
 LONGEST_SLEEP_S = 0.25  # the real-time thread calls the engine at least this often
 LONGEST_STEP_S = 0.1  # an accelerated clock runs ahead of its engine by this much real time at most
 
+# A round longer than this means that the program or the computer was suspended: stop any motion.
+#
+# The planned sleep counts towards the round, because the wire may have ended it early.
 SUSPENDED_S = 1.0
-"""A round longer than this means that the program or the computer was suspended: stop any motion.
-
-The planned sleep counts towards the round, because the wire may have ended it early.
-"""
 
 
 class Pace(Protocol):
@@ -429,11 +428,10 @@ class RealPace:
 
 # The argument `pace=` of a connection.
 
+# One of "simulated", "real", a factor of real time, a clock, or another arm's pace.
+#
+# None means simulated time of the arm's own; for an `AsyncArm`, the time of its event loop.
 PaceChoice = str | float | SimulatedClock | SimulatedPace | None
-"""One of "simulated", "real", a factor of real time, a clock, or another arm's pace.
-
-None means simulated time of the arm's own; for an `AsyncArm`, the time of its event loop.
-"""
 
 
 def pace_of(choice: PaceChoice) -> Pace:

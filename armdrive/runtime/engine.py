@@ -36,15 +36,14 @@ from kinematics.text import counted
 # The time limit of calls that move nothing: connecting, resetting, reading the position. The engine
 # enforces it, whatever arrives on the wire, so that no controller has to.
 
+# Time limit of a call that moves nothing.
+#
+# Twice the slowest first contact: a GRBL board may take 4 s to start and is then reset up to three
+# times, 2 s each. The second half allows for one attempt that is lost to noise.
 CALL_LIMIT_S = 20.0
-"""Time limit of a call that moves nothing.
 
-Twice the slowest first contact: a GRBL board may take 4 s to start and is then reset up to three
-times, 2 s each. The second half allows for one attempt that is lost to noise.
-"""
-
+# The settings of a dialect that are timeouts of its device.
 DEVICE_TIMEOUTS = ("answer_margin_s", "answer_s", "boot_s", "report_timeout_s")
-"""The settings of a dialect that are timeouts of its device."""
 
 
 def call_limit_s(device: object) -> float:

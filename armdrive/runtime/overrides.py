@@ -12,8 +12,8 @@ import time
 from armdrive.errors import BadRequest, WrongState
 from kinematics.errors import finite
 
+# The bounds of a speed override, as a share of the requested speed.
 LEAST_OVERRIDE, FULL = 0.01, 1.0
-"""The bounds of a speed override, as a share of the requested speed."""
 
 DELAY_MARGIN = 4.0  # allow a slowed motion this many times the delay that it should have
 

@@ -15,8 +15,8 @@ from armdrive.errors import StateFileError
 from armdrive.status import Trust
 from armdrive.storage.record import Record, RecordStore, RecordWriter
 
+# After this long at rest, remove the motion mark. Short stops do not write to the disk twice.
 STILL_S = 2.0
-"""After this long at rest, remove the motion mark. Short stops do not write to the disk twice."""
 
 
 class Memory:

@@ -73,8 +73,8 @@ def _table() -> Mapping[tuple[State, Event], State]:
     return MappingProxyType(rows)
 
 
+# (state, event) to the next state. Any other combination is refused.
 TRANSITIONS = _table()
-"""(state, event) to the next state. Any other combination is refused."""
 
 
 def after(state: State, event: Event, action: str = "") -> State:
@@ -96,6 +96,7 @@ def after(state: State, event: Event, action: str = "") -> State:
 # Most of the arms have no encoders, so a wrong position cannot be measured. Evidence against a
 # position lowers trust; only a reference, or an operator who confirms the drawn posture, raises it.
 
+# Evidence that the motors may be without current, until the device says whether they are.
 UNPOWERED = frozenset(
     {
         Evidence.SWITCHED_OFF,
@@ -104,10 +105,10 @@ UNPOWERED = frozenset(
         Evidence.CONTROLLER_RESTARTED,
     }
 )
-"""Evidence that the motors may be without current, until the device says whether they are."""
 
 # An alert, a device's unsolicited message, is evidence too.
 
+# The evidence of each alert about the position; None if the device still guarantees it.
 ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(
     {
         AlertKind.RESTARTED: Evidence.RESTARTED,
@@ -118,11 +119,10 @@ ALERTED: Mapping[AlertKind, Evidence | None] = MappingProxyType(
         AlertKind.LOCKED: None,
     }
 )
-"""The evidence of each alert about the position; None if the device still guarantees it."""
 
 
+# Joins the first reason for a suspect position to the latest one.
 THEN = "; then "
-"""Joins the first reason for a suspect position to the latest one."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -39,8 +39,8 @@ PROBE_RAD = 1e-6  # turn each joint by this angle to find how it moves the tip
 LEAST_S = 1e-9  # shortest duration of a part of a motion
 LEAST_HZ = 1e-6  # lowest rate of a motor
 
+# The angle that each joint turns when one joint or one motor moves, in rad.
 Turn = tuple[float, ...]
-"""The angle that each joint turns when one joint or one motor moves, in rad."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -70,9 +70,9 @@ def before_trials(shown: str, stop_s: float | None) -> str:
     )
 
 
+# The first motion is this part of the second: with wrong steps in the arm file, a joint turns
+# that many times too far.
 SMALL_PART = 8
-"""The first motion is this part of the second: with wrong steps in the arm file, a joint turns
-that many times too far."""
 
 
 def _try(dialog: Dialog, arm: Arm, check: DirectionCheck, trial: Trial) -> None:
@@ -132,13 +132,13 @@ def _turn(arm: Arm, counts: Sequence[int]) -> None:
 # grbl-Mega-5X for RAMPS boards does. So the setting proves nothing. A switch works if the board
 # shows its pin and raises an alarm. The day on which all of them did is written into the arm file.
 
+# An alarm is pushed within milliseconds; this is ample for the slowest wire.
 SETTLE_S = 0.5
-"""An alarm is pushed within milliseconds; this is ample for the slowest wire."""
 
 ALARMS = {named("ALARM").code, named("ALARM_VOUCHED").code}
 
+# The key that the day is written under, in the section of the controller.
 CHECKED = "hard_limits_checked"
-"""The key that the day is written under, in the section of the controller."""
 
 
 @dataclass(frozen=True, slots=True)

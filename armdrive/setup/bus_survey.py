@@ -69,8 +69,8 @@ def probe(port: str) -> Report:
 # The drives on a CAN bus, the state of the bus, and what differs from the arm file.
 
 
+# One id, or the first and the last of several.
 _IDS = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?", re.ASCII)
-"""One id, or the first and the last of several."""
 
 
 def ids_of(text: str) -> tuple[int, ...]:

@@ -25,8 +25,8 @@ from armdrive.runtime.clock import SignalsBetweenSteps
 from armdrive.tasks import Alert, Progress, ProtocolWarning, RequestRejected
 from armdrive.transports.link import Link
 
+# A stopped request has this long to end.
 STOP_S = 3.0
-"""A stopped request has this long to end."""
 
 
 class Clock(Protocol):

@@ -27,11 +27,12 @@ from kinematics.text import mm_text, shown_name
 from kinematics.transmission import Transmission
 
 ROLL_LEVER_MM = 40.0
+# A direction with less than this share of the strongest one is not noticed.
 SEEN_SHARE = 0.15
-"""A direction with less than this share of the strongest one is not noticed."""
+# A smaller motion is not noticed, whatever its share.
 LEAST_MM = 0.05
-"""A smaller motion is not noticed, whatever its share."""
 
+# The words of each direction, the positive one first.
 WAYS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "turn": ("left", "right"),
@@ -41,7 +42,6 @@ WAYS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "fingers": ("open", "close"),
     }
 )
-"""The words of each direction, the positive one first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,11 +123,11 @@ def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.
 
 TRIAL_MM = 10.0
 TRIAL_RAD = math.radians(5.0)
+# A trial ends at the first of these: the motion of the tip, of a joint, and of the fingers.
 TRIAL_OPENING_MM = 3.0
-"""A trial ends at the first of these: the motion of the tip, of a joint, and of the fingers."""
 
+# The share of the motors' speed at which they are tried.
 TRIAL_SPEED = 0.1
-"""The share of the motors' speed at which they are tried."""
 
 NOTHING, OTHER, AGAIN = "nothing", "other", "again"
 FINGERS = "fingers"
@@ -222,10 +222,10 @@ def ask_way(dialog: Dialog, trial: Trial) -> tuple[str, str]:
 
 
 MOST_SEEN = 10_000.0  # degrees or mm: more is a slip of the finger
+# The arm file's steps are right if the motion that was seen differs by at most this share.
 TOLERANCE = 0.2
-"""The arm file's steps are right if the motion that was seen differs by at most this share."""
+# A motion this many times as far as announced is noticed, however small it is.
 MUCH_FARTHER = 2.5
-"""A motion this many times as far as announced is noticed, however small it is."""
 
 
 def ask_small(dialog: Dialog, trial: Trial, about: float) -> bool:
@@ -283,13 +283,13 @@ class SawMotion(Enum):
     ELSE_FAR = "it moved much farther"
 
 
+# How far the motor moved, as a share of what the arm file says, by answers that say no number.
 SHARES: Mapping[SawMotion, float] = MappingProxyType({SawMotion.TWICE: 2.0, SawMotion.HALF: 0.5})
-"""How far the motor moved, as a share of what the arm file says, by answers that say no number."""
 
+# The answers about the turn of the hand: whether it was the expected one; None if not seen.
 HAND: Mapping[SawMotion, bool | None] = MappingProxyType(
     {SawMotion.AS_SHOWN: True, SawMotion.OTHER_WAY: False, SawMotion.NOT_AT_ALL: None}
 )
-"""The answers about the turn of the hand: whether it was the expected one; None if not seen."""
 
 
 @dataclass(frozen=True, slots=True)

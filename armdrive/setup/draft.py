@@ -25,8 +25,8 @@ from kinematics.text import counted
 
 # From a motor to its joint: full steps, microsteps, and a gear or belt.
 
+# No arm has a gear with a higher ratio.
 HIGHEST_GEAR = 100_000.0
-"""No arm has a gear with a higher ratio."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,10 +63,10 @@ def ratio(line: str) -> Ratio:
 CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
 GRIPPER_MOTOR = "gripper"
 HALF_STEP = 2
+# The keys that show that drives count by an encoder, and the usual counts for a turn.
 ENCODERS: Mapping[str, int] = MappingProxyType(
     {"in_position_counts": 16384, "position_window": 10_000}
 )
-"""The keys that show that drives count by an encoder, and the usual counts for a turn."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,8 +36,8 @@ from kinematics.transmission import Transmission
 # the Mini-mover's build only what differs from the preset is written, for a link table everything.
 # Comments say where a number comes from.
 
+# The folder of model files, in the folder of arm files.
 MODELS = "models"
-"""The folder of model files, in the folder of arm files."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,12 +94,12 @@ def _model_text(draft: Draft) -> str | None:
     return amended(links.text, changes)
 
 
+# The order of the sections; the controller's own follows its connection.
 ORDER = (
     "", "connection", "lengths", "steps_per_turn", "motor_signs", "joint_signs", "limits_deg",
     "speeds_deg_s", "gripper", "fingers", "homing", "homing.joints_deg", "reference", "park",
     "guards",
 )  # fmt: skip
-"""The order of the sections; the controller's own follows its connection."""
 
 
 def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:

@@ -77,12 +77,12 @@ class Interview:
         return None
 
 
+# The directions are found on the arm itself, once it is connected.
 LATER: Mapping[str, str] = {"reversed.motors": "none", "reversed.joints": "none"}
-"""The directions are found on the arm itself, once it is connected."""
 
 
+# The template of any arm and any dialect.
 ANY = "own"
-"""The template of any arm and any dialect."""
 
 
 class Describing:

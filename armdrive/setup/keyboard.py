@@ -33,16 +33,16 @@ else:
 
 # Bytes from a terminal as what they mean: keys, and the terminal's answers to questions.
 
+# Asks whether focus events are known (DECRQM).
 ASK_FOCUS = b"\x1b[?1004$p"
-"""Asks whether focus events are known (DECRQM)."""
+# Asks whether key releases are reported (the kitty keyboard protocol); others stay silent.
 ASK_RELEASES = b"\x1b[?u"
-"""Asks whether key releases are reported (the kitty keyboard protocol); others stay silent."""
+# Every terminal answers this; an earlier question without an answer will not get one.
 ASK_END = b"\x1b[c"
-"""Every terminal answers this; an earlier question without an answer will not get one."""
 
 _FOCUS = re.compile(rb"\x1b\[\?1004;(\d)\$y")
+# Set, reset, and set for good: a mode that the terminal knows.
 _KNOWN = (b"1", b"2", b"3")
-"""Set, reset, and set for good: a mode that the terminal knows."""
 _RELEASES = re.compile(rb"\x1b\[\?\d+u")
 _END = re.compile(rb"\x1b\[\?[\d;]*c")
 _ANSWER = re.compile(rb"\x1b\[\?[\d;]*(?:\$y|u|c)")
@@ -75,12 +75,12 @@ class KeyEvents:
 #
 # The verdict is no guess: the dead-man switch itself (motion/dead_man.py) gets the same events.
 
+# The fewest repeats from which a rate can be measured.
 FEWEST_REPEATS = 5
-"""The fewest repeats from which a rate can be measured."""
+# The longest usual interval; a measured rate that is a twentieth too slow is no fault.
 SLOWEST_S = HOLD_LONGEST_S / HOLD_INTERVALS * 1.05
-"""The longest usual interval; a measured rate that is a twentieth too slow is no fault."""
+# The dead-man switch is armed this long before the first press, as in a desk that is open.
 QUIET_S = 1.0
-"""The dead-man switch is armed this long before the first press, as in a desk that is open."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,17 +214,17 @@ class _Console:
 
 # The examination: ask the terminal what it supports, then watch a held key.
 
+# A terminal has this long to answer: over a slow link it needs it.
 ANSWERS_S = 1.0
-"""A terminal has this long to answer: over a slow link it needs it."""
 
+# The user has this long for the first press.
 PATIENCE_S = 20.0
-"""The user has this long for the first press."""
 
+# A gap of this length ends a press: it is longer than any delay before the first repeat.
 OVER_S = 1.5
-"""A gap of this length ends a press: it is longer than any delay before the first repeat."""
 
+# A key that is held for longer has been measured long enough.
 LONGEST_S = 15.0
-"""A key that is held for longer has been measured long enough."""
 
 
 @dataclass(frozen=True, slots=True)

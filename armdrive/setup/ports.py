@@ -100,8 +100,8 @@ def same_port(one: str, other: str) -> bool:
 # A port that is looked at, and not opened.
 
 SYSFS = Path("/sys/bus/usb-serial/devices")
+# How long an FTDI adapter may hold bytes back; new ones are set to 16.
 LATENCY_MS = 1
-"""How long an FTDI adapter may hold bytes back; new ones are set to 16."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,17 +30,17 @@ from firmware_protocol.frames import Frame
 
 # A serial port: a script goes through the table of probes until a device is recognised.
 
+# The prober listens this long before its first probe. A board that restarts greets within this
+# time, and its boot loader, which would take probes for its own commands, has ended.
 LISTEN_S = 2.5
-"""The prober listens this long before its first probe. A board that restarts greets within this
-time, and its boot loader, which would take probes for its own commands, has ended."""
+# The prober listens this long after it changes the baud rate.
 SETTLE_S = 0.3
-"""The prober listens this long after it changes the baud rate."""
+# The rate at which boards greet. Slower bytes are harmless at this rate, since one slow bit fills a
+# whole fast byte: a device receives nothing but 0x00, and bytes from 0x80 up whose ones are all on
+# top.
 QUICK_BAUD = 115_200
-"""The rate at which boards greet. Slower bytes are harmless at this rate, since one slow bit fills
-a whole fast byte: a device receives nothing but 0x00, and bytes from 0x80 up whose ones are all on
-top."""
+# The prober waits this long for more from a device that it has recognised.
 QUIET_S = 0.1
-"""The prober waits this long for more from a device that it has recognised."""
 
 
 class ProbeIO(ScriptIO[bytes]):

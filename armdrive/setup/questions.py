@@ -46,13 +46,13 @@ from armdrive.transports.address import CanAddress, is_can
 from kinematics.spaces import COORDINATES, POSE_FIELDS
 from kinematics.text import shown_name
 
+# Returns a default, as the user would type it, from the answers and a name of the row's `each`.
 Fill = Callable[[Draft, str], str | None]
-"""Returns a default, as the user would type it, from the answers and a name of the row's `each`."""
 
 Entries = tuple[TomlEntry, ...]
 
+# Stands for the section of the controller in the place of a row.
 DIALECT = "{dialect}"
-"""Stands for the section of the controller in the place of a row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,11 +312,11 @@ def _resets(draft: Draft) -> bool:
 
 # The gripper, homing, postures, guards, and the directions of the motors.
 
+# The default distance from a limit at which a joint stands after homing.
 PULLED_OFF_DEG = 2.0
-"""The default distance from a limit at which a joint stands after homing."""
 
+# What a posture's numbers are called.
 POSTURE = tuple(POSE_FIELDS)
-"""What a posture's numbers are called."""
 
 
 def _posture(draft: Draft) -> Reader:
@@ -415,6 +415,7 @@ def _nodes(draft: Draft) -> Reader:
     return read
 
 
+# All questions, in the order in which they are asked.
 ROWS = (
     # the arm and its wire: the template decides most of the defaults below
     ArmRow(
@@ -651,4 +652,3 @@ ROWS = (
         place="{dialect}.ids",
     ),
 )  # fmt: skip
-"""All questions, in the order in which they are asked."""

@@ -37,11 +37,11 @@ CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
     "receive are not swapped"
 )
+# The warning before a port is opened.
 OPENING_RISK = (
     "Opening {port} can restart the board behind it: its motors lose their current, and a raised "
     "arm sags. Support it, or park it first. Nothing that is sent moves it."
 )
-"""The warning before a port is opened."""
 
 NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
 
@@ -168,8 +168,8 @@ def next_steps(
 
 # A CAN bus: its traffic, its adapter, and the drives that answer.
 
+# The most commands of another program that a finding quotes.
 MOST_SHOWN = 3
-"""The most commands of another program that a finding quotes."""
 
 
 def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding]:
@@ -258,8 +258,8 @@ def _finding(difference: Difference) -> Finding:
     return (problem if difference.forbids else note)(what, difference.fix)
 
 
+# Returns whether the settings that differ may be written.
 Agree = Callable[[DeviceSettings], bool]
-"""Returns whether the settings that differ may be written."""
 
 
 def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> None:

@@ -10,6 +10,7 @@ from armdrive.registry import DIALECTS
 
 COUPLED, OWN_MOTOR, SERVO, OUTPUT, NOTHING = "coupled", "stepper", "servo", "output", "none"
 
+# The kinds of grippers in the interview.
 GRIPPERS: Mapping[str, str] = MappingProxyType(
     {
         COUPLED: "a stepper whose cable passes over another joint and follows its motor",
@@ -19,14 +20,13 @@ GRIPPERS: Mapping[str, str] = MappingProxyType(
         NOTHING: "no gripper",
     }
 )
-"""The kinds of grippers in the interview."""
+# The keys of a controller's section that are found by trying: written with their defaults.
 GRIPPER_KEYS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         SERVO: ("servo", "servo_closed", "servo_open"),
         OUTPUT: ("gripper_output", "gripper_closes"),
     }
 )
-"""The keys of a controller's section that are found by trying: written with their defaults."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +88,7 @@ _PRINTED_SIX = Template(
 
 _CABLE_OR_OTHER = (COUPLED, SERVO, OUTPUT, NOTHING)
 
+# Every template by its key.
 TEMPLATES: Mapping[str, Template] = MappingProxyType(
     {
         each.key: each
@@ -132,7 +133,6 @@ TEMPLATES: Mapping[str, Template] = MappingProxyType(
         )
     }
 )  # fmt: skip
-"""Every template by its key."""
 
 
 def available() -> dict[str, Template]:

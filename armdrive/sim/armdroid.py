@@ -50,22 +50,21 @@ from firmware_protocol.fields import INT16_MAX, INT16_MIN, wrapped16
 from kinematics.spaces import Motors
 
 BAUD = 9600
+# The channel of each motor: base, shoulder, elbow, right and left wrist, gripper.
 CHANNELS = (6, 5, 4, 3, 2, 1)
-"""The channel of each motor: base, shoulder, elbow, right and left wrist, gripper."""
 MINUTE_MS, TURN_STEPS = 60_000, 48
+# The time between two steps of all six motors when the sketch does not wait, as observed.
 AT_ONCE_S = 0.00045
-"""The time between two steps of all six motors when the sketch does not wait, as observed."""
+# The interval that an AVR computes from a division by zero: the largest 32-bit number, in ms.
+#
+# As observed, the motion makes no step, and nothing is answered until a reset.
 NEVER_S = 4_294_967.295
-"""The interval that an AVR computes from a division by zero: the largest 32-bit number, in ms.
-
-As observed, the motion makes no step, and nothing is answered until a reset.
-"""
 
 
+# What the receive buffer of an Uno holds: a ring of 64 bytes, of which one stays empty.
 ROOM_BYTES = 63
-"""What the receive buffer of an Uno holds: a ring of 64 bytes, of which one stays empty."""
+# The duration of a reset.
 BOOT_S = 1.6
-"""The duration of a reset."""
 LEONARDO, UNO = "leonardo", "uno"
 
 
@@ -90,13 +89,13 @@ class ArmdroidQuirks:
         return interval_s * (1.0 + self.speed_error)
 
 
+# The boards, as observed. The harsher one is the usual one.
 BOARDS: Mapping[str, ArmdroidQuirks] = MappingProxyType(
     {
         LEONARDO: ArmdroidQuirks(LEONARDO),
         UNO: ArmdroidQuirks(UNO, character_s=0.0, native_usb=False),
     }
 )
-"""The boards, as observed. The harsher one is the usual one."""
 
 
 def by_channel(by_motor: Sequence[int]) -> tuple[int, ...]:

@@ -173,12 +173,11 @@ class FaultBench:
         return motor_of(self.device.world, request.words[0])
 
 
+# A fault: it checks its words and yields, begins when it is resumed, and yields again if it lasts.
+#
+# Resuming it once more ends it. The second yield may give a function that tells whether the fault
+# still has an effect; None means until it is ended.
 Fault: TypeAlias = Generator[Callable[[], bool] | None, None, None]
-"""A fault: it checks its words and yields, begins when it is resumed, and yields again if it lasts.
-
-Resuming it once more ends it. The second yield may give a function that tells whether the fault
-still has an effect; None means until it is ended.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -427,8 +426,8 @@ def replug(bench: FaultBench, request: FaultRequest) -> Fault:
 # `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
+# The lowest error code of an EMCY message; lower codes mean that no error is left.
 FIRST_ERROR = 0x100
-"""The lowest error code of an EMCY message; lower codes mean that no error is left."""
 
 
 def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
@@ -521,11 +520,11 @@ def _code(word: str) -> int:
 # A muted drive still receives and obeys. A changed id or mode counts as set with the drive's own
 # keys; the id may be that of another drive.
 
+# How much: each byte with a probability, the n-th byte from now, or all of the next message.
+#
+# On a bus frames take the place of bytes.
 AMOUNT = "P|#N|next"
-"""How much: each byte with a probability, the n-th byte from now, or all of the next message.
-
-On a bus frames take the place of bytes.
-"""
+# Faults that only drives on a CAN bus can have.
 _ON_BUS = tuple(
     replace(kind, needs=DrivesBoard)
     for kind in (
@@ -570,7 +569,7 @@ _ON_BUS = tuple(
         ),
     )
 )
-"""Faults that only drives on a CAN bus can have."""
+# Faults of drives that have error codes.
 _OF_DRIVES = tuple(
     replace(kind, needs=SaysEmergencies)
     for kind in (
@@ -585,7 +584,6 @@ _OF_DRIVES = tuple(
         ),
     )
 )
-"""Faults of drives that have error codes."""
 _ON_ANY = (
     FaultKind("drop", AMOUNT, "bytes, or frames of a bus, are lost", on_wire(lambda _: lost)),
     FaultKind(
@@ -620,19 +618,19 @@ _ON_ANY = (
         needs=HasSwitches,
     ),
 )
+# Every fault by its name. Parsing, help and lists are made from this table.
 FAULTS: Mapping[str, FaultKind] = MappingProxyType(
     {kind.name: kind for kind in (*_ON_ANY, *_ON_BUS, *_OF_DRIVES)}
 )
-"""Every fault by its name. Parsing, help and lists are made from this table."""
 
 
+# How faults are written, below their table.
 FAULT_NOTE = (
     "P is a probability for each byte (of a bus: frame), #N the N-th from now, next the whole\n"
     "next message; wire faults take from=host or from=device, and seed=N;\n"
     "for=SECONDS limits the duration, @SECONDS begins later: `drop 0.01 from=host for=2 @5` at\n"
     "the console, --fault drop:0.01,from=host,for=2@5 on the command line."
 )
-"""How faults are written, below their table."""
 
 
 def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:

@@ -72,15 +72,15 @@ BAUD = 115_200
 # to cope with that, so a simulated board reads its bytes as the firmware does (`SUPER.cpp`,
 # read_frame).
 
+# The possible values of the length byte: the operation and its payload.
 LENGTHS = range(1, PAYLOAD_MAX + 2)
-"""The possible values of the length byte: the operation and its payload."""
+# How many payload bytes an operation reads, whatever was sent; other operations read none.
 PAYLOAD_BYTES = {
     Op.MOVE_RELATIVE: 24,
     Op.MOVE_ABSOLUTE: 24,
     Op.MOVE_SPEED: 24,
     Op.OUTPUTS: 1,
 }
-"""How many payload bytes an operation reads, whatever was sent; other operations read none."""
 
 _KNOWN = frozenset(Op)
 _HEADER, _CHECK = 4, 2
@@ -145,24 +145,22 @@ class FirmwareReader:
         return frame_bytes(Kind.REQUEST, op, payload)
 
 
+# A ping of eight bytes took 5 ms there and back, of which the line accounts for the rest.
 THINKS_S = 0.0025
-"""A ping of eight bytes took 5 ms there and back, of which the line accounts for the rest."""
+# How long after an accepted move `IsMoving` may still report that nothing moves.
 EARLY_ZERO_S = 0.010
-"""How long after an accepted move `IsMoving` may still report that nothing moves."""
 AVR, ESP32 = "avr", "esp32"
 AS_THE_ARM_FILE = "file"
 
 
+# How often a motor may step. The AVR board serves eight addresses, one every millisecond and a
+# little more: 400 steps at full speed came 8.048 ms apart on the ARDN_Operation example in an AVR
+# simulator.
 GRIDS_S = {AVR: 0.00804, ESP32: 0.0}
-"""How often a motor may step. The AVR board serves eight addresses, one every millisecond and a
-little more: 400 steps at full speed came 8.048 ms apart on the ARDN_Operation example in an AVR
-simulator.
-"""
 ACCELERATIONS_STEPS_S2 = {AVR: 700.0, ESP32: 75.0}
+# The top speed of an axis after power-on: DEFAULT_SPEED of `Robko01.h`, and M1_MAX_SPEED to
+# M6_MAX_SPEED of the retrofit's `ApplicationConfiguration.h`.
 TOP_SPEEDS_HZ = {AVR: 5000.0, ESP32: 100.0}
-"""The top speed of an axis after power-on: DEFAULT_SPEED of `Robko01.h`, and M1_MAX_SPEED to
-M6_MAX_SPEED of the retrofit's `ApplicationConfiguration.h`.
-"""
 
 
 @dataclass(frozen=True, slots=True)

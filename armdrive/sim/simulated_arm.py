@@ -28,10 +28,10 @@ if TYPE_CHECKING:
 
 LIFT_MM = 60.0  # above the mark, before the hand is lowered onto it
 LOOKS = 4  # how often the operator looks and corrects
+# How far past the goal to jog a motor before coming back, in multiples of its backlash.
 SIDE = 2
-"""How far past the goal to jog a motor before coming back, in multiples of its backlash."""
+# The posture error that an operator can see.
 SEEN_RAD = math.radians(1.0)
-"""The posture error that an operator can see."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,10 +91,10 @@ def recalled(
     return device
 
 
+# The key of a saved world that names the dialect.
 DIALECT = "dialect"
-"""The key of a saved world that names the dialect."""
+# The name that links give to the far end of the wire.
 TITLE = "simulated arm"
-"""The name that links give to the far end of the wire."""
 
 
 @dataclass(slots=True, eq=False)

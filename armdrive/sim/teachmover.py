@@ -57,18 +57,18 @@ from kinematics.spaces import Motors
 
 BAUD = 9600
 
+# Public sources say that the memory holds about 50 points.
 MEMORY_ROWS = 50
-"""Public sources say that the memory holds about 50 points."""
+# At this rate, closing over the full 76 mm takes about 4 s.
 CLOSE_RATE_HZ = 277.0
-"""At this rate, closing over the full 76 mm takes about 4 s."""
 STILL = (0, 0, 0, 0, 0, 0)
 
 
 # The real rates, from SP to half-steps a second. Deliberately independent of the driver's table: if
 # the two differ, the driver has to notice.
 
+# Unverified: the real table was never published. Straight lines between the points.
 RATES_HZ = ((0, 30.0), (140, 150.0), (190, 250.0), (240, 470.0))
-"""Unverified: the real table was never published. Straight lines between the points."""
 
 
 def rate_hz(speed: int, error: float) -> float:

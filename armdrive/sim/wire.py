@@ -22,8 +22,8 @@ from armdrive.errors import NoSuchPort
 from armdrive.transports.link import Bell, Link, closed_link, lost_link
 from firmware_protocol.frames import Frame
 
+# Tolerance for floating-point rounding, as a share of one byte's time.
 _ROUNDING = 1e-3
-"""Tolerance for floating-point rounding, as a share of one byte's time."""
 
 
 @dataclass(slots=True, eq=False)
@@ -100,8 +100,8 @@ class PacedWire:
 # frames as they do on the bytes of other wires. Random faults come from a seeded generator, so that
 # a run can be repeated.
 
+# A message: bytes, or frames.
 M = TypeVar("M", bytes, tuple[Frame, ...])
-"""A message: bytes, or frames."""
 
 
 class Amount(ABC):
@@ -160,8 +160,8 @@ class Next(Amount):
         return tuple(range(length))
 
 
+# Turns a message into the part that passes, and a delay in seconds.
 Effect: TypeAlias = Callable[[Any, Amount], tuple[Any, float]]
-"""Turns a message into the part that passes, and a delay in seconds."""
 
 
 @dataclass(slots=True, eq=False)
@@ -464,8 +464,8 @@ class DeviceLine:
 # --- The link to a device in this process ---------------------------------------------------------
 # It runs on the time that the engine passes in, simulated or real. The line sets the baud rate.
 
+# `run` returns after this many events, so that its caller notices a clock that stands still.
 MOST_EVENTS = 100
-"""`run` returns after this many events, so that its caller notices a clock that stands still."""
 
 
 class MemoryLink(Link):

@@ -65,8 +65,8 @@ class Answering(Enum):
     WATCHING = f"{MOST_WATCHERS} programs watch this arm already"
 
 
+# Returns how to answer a request, and the answers. Called from several threads at once.
 Answerer = Callable[[Json], tuple[Answering, Iterator[Json]]]
-"""Returns how to answer a request, and the answers. Called from several threads at once."""
 
 
 class ControlServer:

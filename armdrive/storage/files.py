@@ -41,12 +41,12 @@ if sys.platform == "darwin":
 
 UNFINISHED = ".new"  # ending of a file that is being written, after a random part
 _RANDOM_BYTES = 8  # 16 hexadecimal digits, which no other user guesses
+# What follows the target's name in the name of an unfinished file.
 _UNFINISHED_ENDING = re.compile(r"(\.[0-9a-f]{16})?" + re.escape(UNFINISHED))
-"""What follows the target's name in the name of an unfinished file."""
 
 PRIVATE_FOLDER = 0o700  # for this user alone
+# The errors of a file system that cannot sync a folder.
 _CANNOT_SYNC_FOLDER = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
-"""The errors of a file system that cannot sync a folder."""
 
 
 class StateFiles:
@@ -415,8 +415,8 @@ def recordings() -> Path:
     return states() / "recordings"
 
 
+# Characters of an arm's name in a file's name, of which most systems allow 255 bytes.
 LONGEST_NAME = 100
-"""Characters of an arm's name in a file's name, of which most systems allow 255 bytes."""
 
 
 def file_name(arm: str) -> str:

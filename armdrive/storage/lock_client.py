@@ -218,8 +218,8 @@ def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, An
             return
 
 
+# The peer has closed the connection; the last two if it had not read all that we sent.
 _HUNG_UP = (EOFError, ConnectionResetError, BrokenPipeError)
-"""The peer has closed the connection; the last two if it had not read all that we sent."""
 
 
 @contextlib.contextmanager

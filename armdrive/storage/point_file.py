@@ -140,12 +140,12 @@ def _same(text: str, wanted: Mapping[str, Point]) -> bool:
 
 A_POINT = 'arm.points.teach("pick")'
 
+# The rules for the arguments of `Points`, by the annotation of the parameter.
 RULES: Mapping[str, Rule] = {
     **BASIC,
     "Point": made_of(Point, "a point", A_POINT),
     "Mapping[str, Point]": made_of(Mapping, "points by their names"),
 }
-"""The rules for the arguments of `Points`, by the annotation of the parameter."""
 
 
 def not_connected() -> Point:

@@ -22,11 +22,11 @@ from armdrive.text.toml import FORMAT_KEY, Problems, TomlTable, number, require_
 from kinematics.errors import BadNumber
 from kinematics.spaces import Joints
 
+# A valid name of a point: one word.
 NAME = r"[A-Za-z][A-Za-z0-9_-]{0,39}"
-"""A valid name of a point: one word."""
 
+# Fingers whose opening changes by less than this between two places need no step of their own.
 SAME_OPENING_MM = 1.0
-"""Fingers whose opening changes by less than this between two places need no step of their own."""
 
 
 def _is_storable(note: object) -> bool:

@@ -65,6 +65,7 @@ def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
 
 
 _NAME = made_of(str, "the name of an arm", f'"{DEFAULT_TARGET}"')
+# The checks of the arguments of an `ArmWorld`'s calls, by annotation.
 RULES: Mapping[str, Rule] = MappingProxyType(
     {
         **BASIC,
@@ -72,7 +73,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "target: str": _NAME,
     }
 )
-"""The checks of the arguments of an `ArmWorld`'s calls, by annotation."""
 
 
 @known_attributes

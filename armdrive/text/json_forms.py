@@ -40,8 +40,8 @@ from kinematics.spaces import COORDINATES, Joints, Pose
 
 T = TypeVar("T")
 
+# Plain data: what `json.loads` returns.
 Json = Any
-"""Plain data: what `json.loads` returns."""
 
 
 # A `Form` belongs to one type of values: one description writes, reads, checks and gives the
@@ -137,8 +137,8 @@ def as_table(data: Json, where: str) -> Mapping[str, Json]:
     return data
 
 
+# The forms of a dataclass's fields.
 Fields = Mapping[str, Form[Any]]
-"""The forms of a dataclass's fields."""
 
 
 def record(kind: type[T], tag: Mapping[str, str] | None = None, /, **forms: Form[Any]) -> Form[T]:

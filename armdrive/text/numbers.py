@@ -32,8 +32,8 @@ def whole(word: str) -> int:
 # A speed is a fraction of the arm's limits, written as `0.5` or `50%`.
 
 
+# Compiled where a speed is read: every command imports this module, and few read one.
 _SPEED = r"(?ai)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*(%?)\s*"
-"""Compiled where a speed is read: every command imports this module, and few read one."""
 
 
 def parse_speed(text: str) -> float:

@@ -108,20 +108,20 @@ def is_own(found: os.stat_result) -> bool:
 
 # Text, TOML and JSON, within limits.
 
+# Bytes. A hundred times the size of an arm file; a larger file is something else.
 LARGEST_BYTES = 300_000
-"""Bytes. A hundred times the size of an arm file; a larger file is something else."""
 
+# Levels of tables and lists. No file of ours has more than six.
 DEEPEST = 40
-"""Levels of tables and lists. No file of ours has more than six."""
 
+# Characters of one number: more than the largest float has, written out in full.
 LONGEST_NUMBER = 400
-"""Characters of one number: more than the largest float has, written out in full."""
 
+# TOML promises integers of 64 bits and no more.
 LARGEST_INTEGER = 2**63 - 1
-"""TOML promises integers of 64 bits and no more."""
 
+# Windows' editors begin a file with this byte order mark.
 _MARK = "\ufeff"
-"""Windows' editors begin a file with this byte order mark."""
 
 _TOML_PART = (
     r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|$)'  # several lines, with escapes
@@ -131,8 +131,8 @@ _TOML_PART = (
 )
 _JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"?|[A-Za-z0-9_+.-]++|[^\s]', re.DOTALL)
 
+# Makes the error of a caller's kind from its sentence: usually the class itself.
 Failure = Callable[[str], ArmError]
-"""Makes the error of a caller's kind from its sentence: usually the class itself."""
 
 
 def read_bytes(

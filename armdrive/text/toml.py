@@ -34,11 +34,11 @@ from kinematics.text import counted, filled
 S = TypeVar("S")
 D = TypeVar("D")
 
+# Reads one value; the text says where it stands, for the error. Raises `ArmFileError`.
 Read: TypeAlias = Callable[[object, str], S]
-"""Reads one value; the text says where it stands, for the error. Raises `ArmFileError`."""
 
+# A file with more problems is not a damaged arm file but something else.
 MOST_PROBLEMS = 50
-"""A file with more problems is not a damaged arm file but something else."""
 
 
 class Problems:
@@ -441,8 +441,8 @@ _WORDS: Mapping[Any, str] = types.MappingProxyType(
 # The version of a file that people keep: an arm file, a model file, a file of points.
 
 FORMAT_KEY = "format"
+# The format that this armdrive reads and writes. Files from before the key existed have it too.
 FORMAT = 1
-"""The format that this armdrive reads and writes. Files from before the key existed have it too."""
 
 
 def require_format(table: Mapping[str, Any], failure: Failure = ArmFileError) -> None:
@@ -496,11 +496,11 @@ def _float(given: float) -> str:
 #
 # Plain text is written rather than a document edited, which would need a further library.
 
+# The column that comments begin in, where the line before them is shorter.
 COMMENT_AT = 30
-"""The column that comments begin in, where the line before them is shorter."""
 
+# The longest line of a heading.
 WIDTH = 96
-"""The longest line of a heading."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -512,8 +512,8 @@ class TomlEntry:
     comment: str = ""
 
 
+# The first key of every file that armdrive writes for people.
 FORMAT_ENTRY = TomlEntry(FORMAT_KEY, FORMAT)
-"""The first key of every file that armdrive writes for people."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,8 +69,8 @@ class EntryKind(StrEnum):
     )
 
 
+# The kinds that hold bytes; all others hold text.
 TRAFFIC = frozenset((EntryKind.SENT, EntryKind.RECEIVED))
-"""The kinds that hold bytes; all others hold text."""
 
 
 class TraceEntry(NamedTuple):
@@ -109,11 +109,11 @@ MOST_BYTES = 4_000_000  # beyond this size the oldest entries are dropped
 MOST_OPENING_BYTES = 250_000  # the start of the connection and the lasting settings together
 ENTRY_BYTES = 130  # memory of an entry apart from its text: a tuple, a float, a string header
 
+# Requests with a lasting effect that move no motor.
 LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "FixSetting")
-"""Requests with a lasting effect that move no motor."""
 EXCHANGE = frozenset((EntryKind.REQUEST, *TRAFFIC))
+# Entries that determine the position. They are rare, so keeping all of them costs little.
 POSITION = frozenset((EntryKind.OFFSET, EntryKind.TRUST))
-"""Entries that determine the position. They are rare, so keeping all of them costs little."""
 
 
 class EntryRing:
@@ -210,5 +210,5 @@ def counts_text(counts: tuple[int, ...]) -> str:
     return " ".join(map(str, counts))
 
 
+# Takes a number, the most entries, and how far back to go at most: see `EntryRing.since`.
 Since = Callable[[int, int, int], tuple[int, tuple[TraceEntry, ...]]]
-"""Takes a number, the most entries, and how far back to go at most: see `EntryRing.since`."""

@@ -31,8 +31,8 @@ def describer(dialect: str) -> Describer:
 
 TEXT_AT = 34  # the column where the meaning of bytes begins, if the bytes are shorter
 
+# The direction of bytes: to the arm, from the arm.
 ARROWS: Mapping[EntryKind, str] = MappingProxyType({EntryKind.SENT: "->", EntryKind.RECEIVED: "<-"})
-"""The direction of bytes: to the arm, from the arm."""
 
 
 _CODED = re.compile(r"\[(E[0-9]{3})\] ")

@@ -47,6 +47,7 @@ from kinematics.errors import KinematicsError
 
 C = TypeVar("C", bound=type)
 
+# The calls of an arm (the first row) and of its parts that are recorded, by the part's name.
 CALLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "": (
@@ -61,7 +62,6 @@ CALLS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "reference": ("confirm", "confirm_restored", "declare", "verify"),
     }
 )  # fmt: skip
-"""The calls of an arm (the first row) and of its parts that are recorded, by the part's name."""
 
 
 def traced(part: str) -> Callable[[C], C]:
@@ -117,12 +117,12 @@ def _begun(
     return tracer
 
 
+# Takes a call's name and arguments before the call begins; may raise to refuse it.
 CallListener = Callable[[str, tuple[Any, ...], dict[str, Any]], object]
-"""Takes a call's name and arguments before the call begins; may raise to refuse it."""
 
 
+# The attribute of an error that has been recorded: what marks the errors of that call.
 _RECORDED_IN = "_recorded_in"
-"""The attribute of an error that has been recorded: what marks the errors of that call."""
 
 WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
 LONGEST_TEXT = 400  # characters kept of an argument list or an error
@@ -370,6 +370,7 @@ class FlightRecorder:
         self.ring.add(TraceEntry(self._now_s, kind, text))
 
 
+# For each field of `EntryCondition`, in order: the kind of its entry, and its text.
 _CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
     (EntryKind.OFFSET, counts_text),
     (EntryKind.STATE, lambda state: str(state.value)),
@@ -378,7 +379,6 @@ _CONDITION: tuple[tuple[EntryKind, Callable[[Any], str]], ...] = (
     (EntryKind.NOTICE, str),
     (EntryKind.ERROR, str),
 )
-"""For each field of `EntryCondition`, in order: the kind of its entry, and its text."""
 
 
 # The text of requests, replies, calls and errors in a recording.

@@ -14,8 +14,8 @@ from armdrive.errors import BadRequest
 
 TCP_SCHEMES = frozenset({"socket", "rfc2217"})
 PREFIX = "can:"
+# Bits a second of a CAN bus, unless its address or an arm file says otherwise.
 BITRATE = 500_000
-"""Bits a second of a CAN bus, unless its address or an arm file says otherwise."""
 
 
 def is_can(port: str) -> bool:
@@ -46,14 +46,14 @@ def host_and_port(url: str) -> tuple[str, int]:
     return parts.hostname, number
 
 
+# The only option that is not python-can's: the ids of the frames to receive, `ids=1,2,0x10`.
 IDS = "ids"
-"""The only option that is not python-can's: the ids of the frames to receive, `ids=1,2,0x10`."""
 MOST_ID = 0x1FFF_FFFF  # 29 bits: the largest id of an extended frame
+# The interfaces whose channel is a serial port.
 _ON_SERIAL = frozenset({"slcan", "serial", "robotell", "seeedstudio"})
-"""The interfaces whose channel is a serial port."""
 _CAN_LISTEN_ONLY = frozenset({"slcan"})
+# python-can's option for an adapter that never sends, not even an acknowledgement.
 _LISTEN_ONLY = ("listen_only", "true")
-"""python-can's option for an adapter that never sends, not even an acknowledgement."""
 
 
 @dataclass(frozen=True, slots=True)

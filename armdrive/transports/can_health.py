@@ -57,8 +57,8 @@ _CLASSES = (
     (0x100, "the controller was restarted"),
 )
 _CONTROLLER, _BUS_OFF, _RESTARTED, _NO_ACK = 0x004, 0x040, 0x100, 0x020
+# Bits in the second data byte of an error frame of the class `_CONTROLLER`.
 _OVERFLOW, _WARNING, _PASSIVE, _ACTIVE_AGAIN = 0x03, 0x0C, 0x30, 0x40
-"""Bits in the second data byte of an error frame of the class `_CONTROLLER`."""
 
 
 def of_error_frame(can_id: int, data: bytes) -> tuple[BusState | None, str]:
@@ -122,8 +122,8 @@ EXTENDED_BITS = 67  # the same with a 29-bit id
 _UNSTUFFED_BITS = 13  # of these: the end of the frame, after its check sequence
 _STUFF_EVERY = 4  # bits at most often: a stuff bit is the first of the next five equal bits
 
+# The share of a bus that its traffic may take: beyond it, nodes wait for their turn.
 BUSY_LOAD = 0.7
-"""The share of a bus that its traffic may take: beyond it, nodes wait for their turn."""
 
 
 def frame_bits(frame: Frame) -> int:

@@ -34,11 +34,10 @@ from firmware_protocol.frames import DATA_MAX, Frame, Unpacker, pack
 if TYPE_CHECKING:
     import can
 
+# A problem that lasts this long without a received frame ends the link.
+#
+# Longer than the interval at which even an arm at rest answers.
 WATCH_PATIENCE_S = 0.85
-"""A problem that lasts this long without a received frame ends the link.
-
-Longer than the interval at which even an arm at rest answers.
-"""
 
 
 @runtime_checkable

@@ -35,11 +35,11 @@ MOST_LINES = 100  # lines kept from the greeting, for the error message
 WRITE_PATIENCE_S = 0.5  # an adapter that takes no byte for this long is stuck
 POLL_S = 0.02  # where the system has no `select` for the port
 CHUNK = 4096
+# The first bytes of an adapter's lines; an empty line means OK.
 _LINE_STARTS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrRF")})
-"""The first bytes of an adapter's lines; an empty line means OK."""
 _YES = frozenset({b"", b"z", b"Z"})
+# Our own commands: a device that sends them back only echoes, and is no adapter.
 _ECHOES = frozenset({b"C", b"O", b"V"})
-"""Our own commands: a device that sends them back only echoes, and is no adapter."""
 
 
 class Slcan(slcanBus):

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
 
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFF_FFFF  # ids of 11 and of 29 bits
 _RATES = frozenset({"bitrate", "btr", "timing"})
+# Interfaces that return each frame to its sender as if another node had sent it (python-can 4.6).
+# A drive's confirmation may be equal to its order, so an order would confirm itself.
 _ECHOES = frozenset({"udp_multicast"})
-"""Interfaces that return each frame to its sender as if another node had sent it (python-can 4.6).
-A drive's confirmation may be equal to its order, so an order would confirm itself."""
 
 
 def open_link(

@@ -243,8 +243,8 @@ def _stable_names() -> dict[str, str]:
 _ABSENT = frozenset({errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO})
 _BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
 _FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
+# Groups that grant far too much for us to recommend joining them.
 _ADMIN_GROUPS = frozenset({"root", "wheel"})
-"""Groups that grant far too much for us to recommend joining them."""
 
 
 def refusal(port: str, error: BaseException) -> PortUnavailable:
@@ -265,8 +265,8 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
     return PortUnavailable(f"{port} cannot be opened ({text}): check its name and its settings")
 
 
+# Where Linux makes them, and gives the numbers of closed ones to new ones.
 PSEUDO_TERMINALS = "/dev/pts/"
-"""Where Linux makes them, and gives the numbers of closed ones to new ones."""
 
 
 def is_left_link(port: Path) -> bool:
@@ -378,8 +378,8 @@ def _absent(port: str) -> str:
 # python-can are not asked for others: they load libraries of many vendors, which may hang or crash.
 
 NET = Path("/sys/class/net")
+# The kernel's type of a network interface that is a CAN bus (ARPHRD_CAN).
 CAN_TYPE = "280"
-"""The kernel's type of a network interface that is a CAN bus (ARPHRD_CAN)."""
 _UP = 0x1  # IFF_UP
 
 
@@ -408,6 +408,7 @@ def bring_up(channel: str, bitrate: str = "") -> str:
     )
 
 
+# Serial CAN adapters by their USB ids; those with the generic ids of their chip are left out.
 SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
     {
         (0xAD50, 0x60C4): "CANable or CANtact with slcan firmware",
@@ -415,7 +416,6 @@ SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
         (0x0403, 0xFFA8): "Lawicel CANUSB (slcan)",
     }
 )
-"""Serial CAN adapters by their USB ids; those with the generic ids of their chip are left out."""
 
 
 @dataclass(frozen=True, slots=True)

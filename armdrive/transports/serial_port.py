@@ -23,8 +23,8 @@ if sys.platform != "win32":
 if TYPE_CHECKING:
     import serial
 
+# A port that accepts no byte for this long is lost; its buffer is empty when a line is sent.
 WRITE_PATIENCE_S = 1.0
-"""A port that accepts no byte for this long is lost; its buffer is empty when a line is sent."""
 
 POLL_S = 0.005  # polling interval of ports without a file to wait on (Windows, rfc2217)
 CHUNK = 4096  # most bytes in one read

@@ -14,8 +14,8 @@ from typing import ClassVar, TypeAlias
 from firmware_protocol.errors import BadField, RemoteProtocolError, chosen_by_sender
 from firmware_protocol.fields import BYTE, INT16, boolean, message, optional, row_of, whole_from
 
+# 1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base.
 MOTORS = 6
-"""1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base."""
 KEPT = MOTORS - 1  # arguments that the sketch keeps; the sixth number is its accumulator
 STEPS_PER_TURN = 48
 RPM_DEFAULT = 100  # the speed after a start of the board
@@ -161,8 +161,8 @@ Command: TypeAlias = (
     | DropArguments
 )
 
+# A device's input: `Clear` and `DropArguments` arrive as `DriveOne` that moves nothing.
 Request: TypeAlias = Command | OddSpeed
-"""A device's input: `Clear` and `DropArguments` arrive as `DriveOne` that moves nothing."""
 
 
 # The answers.
@@ -225,6 +225,8 @@ Answer: TypeAlias = (
     OffsetsReported | SpeedReported | TorqueReported | VersionReported | ArgumentsReported
 )
 
+# The answer to each command letter. The sketch also has V, which asks for the kind of motor
+# interface and which no program here sends; it ignores all other letters.
 ANSWER_TO: dict[str, type[Answer]] = {
     "d": OffsetsReported,
     "D": OffsetsReported,
@@ -236,8 +238,6 @@ ANSWER_TO: dict[str, type[Answer]] = {
     "v": VersionReported,
     "g": ArgumentsReported,
 }
-"""The answer to each command letter. The sketch also has V, which asks for the kind of motor
-interface and which no program here sends; it ignores all other letters."""
 
 
 # The characters of commands and answers.

@@ -106,8 +106,8 @@ class DriveState(Enum):
         return self in (DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
 
 
+# No bits besides those of the command or the state.
 NO_CONTROL, NO_STATUS = ControlBit(0), StatusBit(0)
-"""No bits besides those of the command or the state."""
 
 _STATE_BITS = 0x6F
 _OPERATION_BITS = ControlBit.NEW_SET_POINT | ControlBit.AT_ONCE | ControlBit.RELATIVE
@@ -225,14 +225,14 @@ def supported_word(modes: frozenset[OperationMode]) -> int:
     return sum(1 << mode - 1 for mode in modes if mode)
 
 
+# Units of CiA 303-2, of which object 60A9 has one over another.
 INCREMENTS, REVOLUTIONS, A_SECOND, A_MINUTE = 0xB5, 0xB4, 0x03, 0x47
-"""Units of CiA 303-2, of which object 60A9 has one over another."""
+# The value of 60A8 (unit of position) for increments of the encoder.
 POSITION_INCREMENTS = INCREMENTS << 16
-"""The value of 60A8 (unit of position) for increments of the encoder."""
+# The value of 60A9 (unit of speed) for increments a second.
 INCREMENTS_A_SECOND = INCREMENTS << 16 | A_SECOND << 8
-"""The value of 60A9 (unit of speed) for increments a second."""
+# The value of 60A9 for revolutions a minute.
 RPM = REVOLUTIONS << 16 | A_MINUTE << 8
-"""The value of 60A9 for revolutions a minute."""
 
 
 def speed_unit_hz(word: int, per_turn: float) -> float | None:
@@ -354,13 +354,13 @@ class SetPoint:
     at_once: bool
 
 
+# Statusword bits for (target reached, set-point acknowledged).
 _BITS = {
     (False, False): NO_STATUS,
     (True, False): StatusBit.REACHED,
     (False, True): StatusBit.ACKNOWLEDGED,
     (True, True): StatusBit.REACHED | StatusBit.ACKNOWLEDGED,
 }
-"""Statusword bits for (target reached, set-point acknowledged)."""
 
 
 class SetPoints:

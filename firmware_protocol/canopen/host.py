@@ -59,8 +59,8 @@ class SdoAnswered:
 
 HostEvent: TypeAlias = DriveReport | SdoAnswered | Emergency | Heartbeat | UnreadableFrame | Overrun
 
+# So many events wait to be fetched: more than a second of a full bus.
 EVENTS_MAX = 2048
-"""So many events wait to be fetched: more than a second of a full bus."""
 FOREIGN = "no drive of this arm sends it"
 
 

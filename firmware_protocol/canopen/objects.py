@@ -13,8 +13,8 @@ from firmware_protocol.canopen.services import checked_node
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import message
 
+# An object's value: a whole number or ASCII text.
 Value: TypeAlias = int | str
-"""An object's value: a whole number or ASCII text."""
 
 
 class _IndexAndSub(NamedTuple):
@@ -184,20 +184,20 @@ ERROR_REGISTER = Place(0x1001)
 ERROR_COUNT, LAST_ERROR = Place(0x1003, 0), Place(0x1003, 1)
 SYNC_ID = Place(0x1005)
 DEVICE_NAME = Place(0x1008)
+# The node whose heartbeat the drive monitors, and the timeout: `nmt.HeartbeatWatch`.
 CONSUMER_HEARTBEAT = Place(0x1016, 1)
-"""The node whose heartbeat the drive monitors, and the timeout: `nmt.HeartbeatWatch`."""
 PRODUCER_HEARTBEAT_MS = Place(0x1017)
 VENDOR, PRODUCT, REVISION, SERIAL_NUMBER = (Place(0x1018, sub) for sub in (1, 2, 3, 4))
+# What a communication error does to an operational node: 0 makes it pre-operational, 1 nothing.
 ERROR_BEHAVIOUR = Place(0x1029, 1)
-"""What a communication error does to an operational node: 0 makes it pre-operational, 1 nothing."""
+# The reaction (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop.
 HEARTBEAT_REACTION = Place(0x6007)
-"""The reaction (abort connection option code): 0 nothing, 1 fault, 2 disable, 3 quick stop."""
 ERROR_CODE = Place(0x603F)
 CONTROLWORD = Place(0x6040)
 STATUSWORD = Place(0x6041)
 QUICK_STOP_OPTION = Place(0x605A)
+# The reaction to a fault: 0 releases the motor, so that an arm sags; 2 brakes first.
 FAULT_REACTION_OPTION = Place(0x605E)
-"""The reaction to a fault: 0 releases the motor, so that an arm sags; 2 brakes first."""
 MODE = Place(0x6060)
 MODE_SHOWN = Place(0x6061)
 POSITION_DEMAND = Place(0x6062)
@@ -215,19 +215,20 @@ PROFILE_ACCELERATION = Place(0x6083)
 PROFILE_DECELERATION = Place(0x6084)
 QUICK_STOP_DECELERATION = Place(0x6085)
 ENCODER_INCREMENTS, ENCODER_TURNS = Place(0x608F, 1), Place(0x608F, 2)
+# See `drives.speed_unit_hz`.
 POSITION_UNIT, SPEED_UNIT = Place(0x60A8), Place(0x60A9)
-"""See `drives.speed_unit_hz`."""
 HOMING_METHOD = Place(0x6098)
+# The speed towards the home switch, and the speed off the switch.
 HOMING_SPEED, HOMING_CREEP = Place(0x6099, 1), Place(0x6099, 2)
-"""The speed towards the home switch, and the speed off the switch."""
 HOMING_ACCELERATION = Place(0x609A)
+# The interpolation time of cyclic targets: a number of units, and the unit's power of ten.
 PERIOD, PERIOD_POWER = Place(0x60C2, 1), Place(0x60C2, 2)
-"""The interpolation time of cyclic targets: a number of units, and the unit's power of ten."""
 FOLLOWING_ERROR = Place(0x60F4)
 DIGITAL_INPUTS = Place(0x60FD)
 SUPPORTED_MODES = Place(0x6502)
 
 # fmt: off
+# The objects of a CiA 402 drive that arms use; an EDS file describes a particular drive.
 STANDARD = Dictionary((
     ObjectEntry(DEVICE_TYPE, "Device type", _U32, _CONST, "", 0x0004_0192),
     ObjectEntry(ERROR_REGISTER, "Error register", _U8, _RO, "", 0, True),
@@ -273,7 +274,6 @@ STANDARD = Dictionary((
     ObjectEntry(SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
 ))
 # fmt: on
-"""The objects of a CiA 402 drive that arms use; an EDS file describes a particular drive."""
 
 
 # The EDS file of a drive (CiA 306), as a simulated drive needs it: whole numbers and texts.

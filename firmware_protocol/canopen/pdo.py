@@ -19,6 +19,7 @@ from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import an_instance, message, whole_from
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
+# The `struct` codes of the types that a PDO can carry.
 _CODES = {
     DataType.I8: "b",
     DataType.U8: "B",
@@ -27,7 +28,6 @@ _CODES = {
     DataType.I32: "i",
     DataType.U32: "I",
 }
-"""The `struct` codes of the types that a PDO can carry."""
 
 
 @message()
@@ -128,12 +128,12 @@ class Mapping:
 # exist: after an incomplete list the drive ignores the PDO instead of misreading it.
 # Source: CiA 301, PDO communication and mapping parameters.
 
+# Bits of the COB-ID: the PDO does not exist; remote frames do not trigger it.
 NOT_VALID, NO_REMOTE = 1 << 31, 1 << 30
-"""Bits of the COB-ID: the PDO does not exist; remote frames do not trigger it."""
+# Transmission type: on every SYNC.
 EVERY_SYNC = 1
-"""Transmission type: on every SYNC."""
+# Transmission types: on events; a received PDO takes effect at once.
 ON_EVENT = (254, 255)
-"""Transmission types: on events; a received PDO takes effect at once."""
 
 
 class Direction(Enum):
@@ -143,15 +143,15 @@ class Direction(Enum):
     TRANSMITTED = "TPDO"
 
 
+# The first indices of the communication and of the mapping parameters.
 PARAMETERS = {Direction.RECEIVED: (0x1400, 0x1600), Direction.TRANSMITTED: (0x1800, 0x1A00)}
-"""The first indices of the communication and of the mapping parameters."""
+# The indices of all PDO parameters.
 PDO_PARAMETERS = range(0x1400, 0x1C00)
-"""The indices of all PDO parameters."""
+# The PDOs with predefined COB-IDs.
 PDO_SERVICES = {
     Direction.RECEIVED: (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4),
     Direction.TRANSMITTED: (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4),
 }
-"""The PDOs with predefined COB-IDs."""
 PREDEFINED = 4
 _COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
 
@@ -225,8 +225,8 @@ class PdoSetup:
 # Source: CiA 301, PDO communication and mapping parameters.
 
 SYNCHRONOUS_MOST = 240
+# Transmission type: sent on the first SYNC after a change.
 AT_CHANGE = 0
-"""Transmission type: sent on the first SYNC after a change."""
 ENTRIES_MOST = 8
 _REMOTE_ALONE = range(241, 254)
 _INHIBIT_S, _EVENT_S = 1e-4, 1e-3
@@ -256,8 +256,8 @@ class DevicePdo:
         return self.transmission <= SYNCHRONOUS_MOST
 
 
+# Returns an object's value at a given time.
 Reader: TypeAlias = Callable[[float], int]
-"""Returns an object's value at a given time."""
 _Transmitted: TypeAlias = tuple[DevicePdo, list[Reader]]
 
 

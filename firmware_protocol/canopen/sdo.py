@@ -14,8 +14,8 @@ from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
 from firmware_protocol.fields import message, some_bytes, whole_from
 from firmware_protocol.frames import Frame
 
+# Most queued events of a client or a server; the newest are kept.
 EVENTS_MAX = 64
-"""Most queued events of a client or a server; the newest are kept."""
 
 
 class AbortCode(IntEnum):
@@ -71,8 +71,8 @@ def abort_words(code: int) -> str:
 # The messages of SDO client and server.
 
 SEGMENT_MAX = 7
+# Most bytes that an initiating frame itself can carry.
 EXPEDITED_MAX = 4
-"""Most bytes that an initiating frame itself can carry."""
 
 _EXPEDITED, _SIZED = 0x02, 0x01
 
@@ -200,8 +200,8 @@ Response: TypeAlias = Upload | DownloadStarted | Segment | SegmentTaken | Abort
 # Bit 4 toggles in all segment frames. Block transfers are not supported.
 # Source: CiA 301, SDO protocols.
 
+# Bytes in every SDO frame.
 SDO_SIZE = 8
-"""Bytes in every SDO frame."""
 
 _KIND = 0xE0
 _TOGGLE, _LAST = 0x10, 0x01
@@ -295,8 +295,8 @@ _RESPONSES: dict[int, Callable[[bytes], Response]] = {
 
 # Splitting data into segments and joining them, for both sides.
 
+# The greatest object that is transferred, in bytes. Names are the longest.
 SIZE_MAX = 1024
-"""The greatest object that is transferred, in bytes. Names are the longest."""
 
 
 class Sending:

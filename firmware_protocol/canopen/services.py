@@ -12,8 +12,8 @@ from firmware_protocol.errors import BadField, RemoteProtocolError, whole
 from firmware_protocol.fields import BYTE, an_instance, message, optional, some_bytes, whole_from
 from firmware_protocol.frames import DATA_MAX, Frame
 
+# The highest node number; 0 addresses all nodes, in NMT commands only.
 NODE_MAX = 0x7F
-"""The highest node number; 0 addresses all nodes, in NMT commands only."""
 
 
 class Service(Enum):
@@ -52,8 +52,8 @@ _BY_COMMON = {service.base: service for service in Service if service.common}
 _BY_BASE = {service.base: service for service in Service if not service.common}
 
 
+# The rule of a field that names one node.
 ONE_NODE = whole_from(1, NODE_MAX)
-"""The rule of a field that names one node."""
 
 
 def checked_node(node: object) -> int:
@@ -99,8 +99,8 @@ def sized(frame: Frame, low: int, high: int = DATA_MAX) -> bytes:
 
 
 ALL_NODES = 0
+# The longest time in objects 1016 and 1017.
 HEARTBEAT_MAX_MS = 0xFFFF
-"""The longest time in objects 1016 and 1017."""
 _TOGGLE = 0x80  # used by node guarding's answers to remote frames
 
 
@@ -260,8 +260,8 @@ class NmtNode:
 
 # SYNC: the signal on which devices apply received PDOs and send their own.
 
+# The highest SYNC counter; after it the counter restarts at 1 (object 1019).
 COUNTER_MAX = 240
-"""The highest SYNC counter; after it the counter restarts at 1 (object 1019)."""
 
 
 @message(counter=optional(whole_from(1, COUNTER_MAX)))
@@ -291,9 +291,10 @@ class Sync:
 # The first digits are the class of the error, the others specify it. A code without a row of its
 # own is described by the row of its class.
 
+# The error of a drive that missed its master's heartbeat; it has stopped and holds.
 HEARTBEAT_MISSING = 0x8130
-"""The error of a drive that missed its master's heartbeat; it has stopped and holds."""
 
+# Sources: CiA 301, table of emergency error codes; CiA 402-2 (IEC 61800-7-201), error codes.
 ERROR_WORDS: dict[int, str] = {
     0x0000: "no error any more",
     0x1000: "an error of no particular kind",
@@ -381,7 +382,6 @@ ERROR_WORDS: dict[int, str] = {
     0xF001: "deceleration",
     0xFF00: "particular to the device: see its manual",
 }
-"""Sources: CiA 301, table of emergency error codes; CiA 402-2 (IEC 61800-7-201), error codes."""
 
 _FIRST_ERROR = 0x100  # 00xx means no error
 _CLASSES = (0xFFFF, 0xFFF0, 0xFF00, 0xF000)
@@ -408,8 +408,8 @@ def error_words(code: int) -> str:
     return "an error code that CiA 301 and 402 do not have" if key is None else ERROR_WORDS[key]
 
 
+# Manufacturer-specific bytes in an EMCY.
 MAKERS_BYTES = 5
-"""Manufacturer-specific bytes in an EMCY."""
 
 
 @message(

@@ -287,6 +287,7 @@ class ReportField:
         return dict(zip(self.attributes, found, strict=False))
 
 
+# The fields by their names, in the order in which they are written.
 _FIELDS: dict[str, ReportField] = {
     "MPos": ReportField(("machine_position",), lambda text: (decimals(text),)),
     "WPos": ReportField(("work_position",), lambda text: (decimals(text),)),
@@ -303,7 +304,6 @@ _FIELDS: dict[str, ReportField] = {
     ),
     "A": ReportField(("accessories",), lambda text: (text,)),
 }
-"""The fields by their names, in the order in which they are written."""
 
 
 def read_status(line: str) -> StatusReport:
@@ -330,8 +330,8 @@ def read_status(line: str) -> StatusReport:
         raise RemoteProtocolError(f"status report: {error}") from None
 
 
+# Messages that follow a query or come by themselves, and answer no line.
 Info: TypeAlias = Setting | Feedback | Version | BuildInfo | AxesInfo | Remark
-"""Messages that follow a query or come by themselves, and answer no line."""
 
 
 @message()
@@ -348,14 +348,14 @@ class WordedAlarm:
     text: str
 
 
+# What a device sends.
 Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Setting | Feedback | Remark
-"""What a device sends."""
+# What a host reads.
 HostMessage: TypeAlias = Answer | Version | BuildInfo | AxesInfo | WordedError | WordedAlarm
-"""What a host reads."""
 
 END = b"\r\n"
+# Bytes that are ignored at either end of a line.
 PADDING = b" \t\0"
-"""Bytes that are ignored at either end of a line."""
 
 _CODE = re.compile(r" ?([0-9]{1,3})")
 _BANNER = re.compile(

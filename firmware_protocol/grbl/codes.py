@@ -147,12 +147,12 @@ _FLUIDNC_ALARM_ROWS = (
     AlarmCode(15, "the start was not finished", "reset"),
 )
 
+# GRBL's own errors, common to the family.
 ERRORS = {row[0]: ErrorCode(*row) for row in _ERROR_ROWS}
-"""GRBL's own errors, common to the family."""
 GRBLHAL_ERRORS = {row[0]: ErrorCode(*row) for row in _GRBLHAL_ERROR_ROWS}
 FLUIDNC_ERRORS = {row[0]: ErrorCode(*row) for row in _FLUIDNC_ERROR_ROWS}
+# GRBL's own alarms, common to the family.
 ALARMS = {row.code: row for row in _ALARM_ROWS}
-"""GRBL's own alarms, common to the family."""
 GRBLHAL_ALARMS = {row.code: row for row in _GRBLHAL_ALARM_ROWS}
 FLUIDNC_ALARMS = {row.code: row for row in _FLUIDNC_ALARM_ROWS}
 

@@ -21,8 +21,8 @@ from firmware_protocol.grbl.dialect import (
     within,
 )
 
+# GRBL's settings end at 255; grblHAL has more.
 SETTING_MAX = 65535
-"""GRBL's settings end at 255; grblHAL has more."""
 
 
 class SystemCommand(Enum):
@@ -121,6 +121,7 @@ class Realtime(IntEnum):
     FEED_MINUS_1 = 0x94
 
 
+# What GRBL 1.1 itself does not have.
 GRBLHAL_ONLY = frozenset(
     {
         Realtime.STOP,
@@ -130,7 +131,6 @@ GRBLHAL_ONLY = frozenset(
         Realtime.FULL_STATUS,
     }
 )
-"""What GRBL 1.1 itself does not have."""
 
 _GRBL = {int(member): member for member in Realtime if member not in GRBLHAL_ONLY}
 _BY_BYTE: Mapping[Variant, Mapping[int, Realtime]] = MappingProxyType(

@@ -138,8 +138,8 @@ def parse_line(text: str, dialect: Dialect) -> Content:
 
 
 _PLAIN = {command.text: command for command in SystemCommand}
+# Characters after the `$` of a command; any other begins a setting's number.
 _KNOWN_LETTERS = "$GCXJ#HSIRN"
-"""Characters after the `$` of a command; any other begins a setting's number."""
 
 
 def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:

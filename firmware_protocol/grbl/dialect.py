@@ -16,17 +16,17 @@ from typing import overload
 from firmware_protocol.errors import BadField
 from firmware_protocol.fields import Rule, message, row_of
 
+# Letters that the firmwares of this family can give to an axis, in the order they are written.
 AXIS_LETTERS = "XYZABCUVW"
-"""Letters that the firmwares of this family can give to an axis, in the order they are written."""
+# The most decimals that are written; GRBL reports three.
 DECIMALS = 4
-"""The most decimals that are written; GRBL reports three."""
+# Of coordinates in reports.
 COORDINATE_DECIMALS = 3
-"""Of coordinates in reports."""
 COORDINATE_MAX = 1e9
+# Digits that GRBL reads of a number; it drops the others.
 DIGITS = 8
-"""Digits that GRBL reads of a number; it drops the others."""
+# A float32 holds every whole number up to this one.
 NUMBER_MAX = float(1 << 24)
-"""A float32 holds every whole number up to this one."""
 
 _NUMBER = re.compile(r"[+-]?(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))")
 
@@ -108,12 +108,12 @@ def within(forbidden: str) -> Rule:
     return rule
 
 
+# The rule of at least one coordinate.
 coordinates = row_of(
     lambda field, value: number(field, value, COORDINATE_MAX),
     range(1, len(AXIS_LETTERS) + 1),
     f"1 to {len(AXIS_LETTERS)} numbers",
 )
-"""The rule of at least one coordinate."""
 
 
 class Variant(StrEnum):

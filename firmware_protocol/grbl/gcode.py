@@ -39,6 +39,7 @@ class Group(Enum):
     OUTPUT = "output"
 
 
+# Every command word and its group.
 COMMANDS: Mapping[str, Group] = MappingProxyType(
     {
         name: group
@@ -60,7 +61,6 @@ COMMANDS: Mapping[str, Group] = MappingProxyType(
         for name in names.split()
     }
 )
-"""Every command word and its group."""
 
 
 class GcodeError(RemoteProtocolError):
@@ -132,10 +132,10 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
 # The active modes and how a block changes them, like step 3 of GRBL's parser.
 
 MM_PER_INCH = 25.4
+# The value words that a command needs.
 _NEEDED: Mapping[str, str] = {
     "G4": "P", "M62": "P", "M63": "P", "M64": "P", "M65": "P", "M67": "EQ", "M68": "EQ",
 }  # fmt: skip
-"""The value words that a command needs."""
 
 
 @message()

@@ -97,10 +97,10 @@ Event: TypeAlias = (
 )
 
 
+# Sums of reported numbers are rounded to these; reports have three or four.
 DECIMALS = 6
-"""Sums of reported numbers are rounded to these; reports have three or four."""
+# Longer lines are dropped and reported.
 LINE_BYTES_MAX = 512
-"""Longer lines are dropped and reported."""
 _LINE_ENDS = b"\r\n"
 _IN_WORDS = "the firmware answered in words"
 

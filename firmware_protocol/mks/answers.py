@@ -135,6 +135,7 @@ class HomingRead(Message, code=Code.HOMING_STATE):
         return cls(*map(HomingState, sized(payload, 1, 2)))
 
 
+# The boards by number, from the manual 1.0.9.
 BOARDS = {
     1: "SERVO42D, RS485",
     2: "SERVO42D, CAN",
@@ -145,7 +146,6 @@ BOARDS = {
     7: "SERVO35D, RS485",
     8: "SERVO35D, CAN",
 }
-"""The boards by number, from the manual 1.0.9."""
 
 
 @message()

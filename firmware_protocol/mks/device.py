@@ -36,8 +36,8 @@ from firmware_protocol.mks.values import (
     abilities_of,
 )
 
+# Most queued frames; the newest are kept.
 WAITING_MAX = 256
-"""Most queued frames; the newest are kept."""
 
 
 @message()

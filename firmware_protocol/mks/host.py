@@ -47,8 +47,8 @@ class Foreign:
 
 Event: TypeAlias = Answered | UnreadableFrame | Foreign | Overrun
 
+# Most events that wait to be fetched; the newest are kept.
 EVENTS_MAX = 256
-"""Most events that wait to be fetched; the newest are kept."""
 
 
 class Host:

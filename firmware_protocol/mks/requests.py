@@ -110,8 +110,8 @@ READ_CODES = frozenset(read.code for read in READS)
 # `ReadSetting` returns a setting in the format of the write. The mode without check bytes (0F) is
 # left out: it is meant for typing by hand.
 
+# For a SERVO57D; a 42D, 35D or 28D takes 3000. The manual warns: do not start at the maximum.
 CURRENT_MAX_MA = 5200
-"""For a SERVO57D; a 42D, 35D or 28D takes 3000. The manual warns: do not start at the maximum."""
 MICROSTEPS_MAX = 256
 
 
@@ -541,10 +541,10 @@ class Restart(Message, code=Code.RESTART, needs=Ability.RESTART):
     """Restart the drive; settings are kept."""
 
 
+# Requests that the drive first answers with `STARTED`, and later with their outcome.
 Motion: TypeAlias = Move | RunAtSpeed | RunFor | Stop | Home | GoToZero | Calibrate
-"""Requests that the drive first answers with `STARTED`, and later with their outcome."""
+# The codes of these requests.
 COURSE_CODES = MOTION_CODES | {Code.HOME, Code.CALIBRATE}
-"""The codes of these requests."""
 Action: TypeAlias = (
     EmergencyStop | Enable | ArmSynchronous | GoSynchronous | SetZero | ClearStall | Restart
 )

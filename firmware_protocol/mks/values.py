@@ -18,18 +18,18 @@ from firmware_protocol.fields import boolean, message
 
 BROADCAST = 0
 NODE_MAX = 0x7FF
+# The factory id of every drive.
 NODE_DEFAULT = 1
-"""The factory id of every drive."""
+# Encoder counts per turn: the unit of the axis commands, F4 and F5.
 COUNTS_PER_TURN = 0x4000
-"""Encoder counts per turn: the unit of the axis commands, F4 and F5."""
+# Counts per second at 1 rpm.
 COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
-"""Counts per second at 1 rpm."""
 ANGLE_ERROR_PER_TURN = 51200
 SPEED_MAX_RPM = 3000
+# Above this speed the manual advises against stops without a ramp: F7, or an acc of 0.
 HARD_STOP_MAX_RPM = 1000
-"""Above this speed the manual advises against stops without a ramp: F7, or an acc of 0."""
+# The farthest target or distance: 512 turns in counts.
 TARGET_MAX = (1 << 23) - 1
-"""The farthest target or distance: 512 turns in counts."""
 
 
 class Code(IntEnum):
@@ -106,8 +106,8 @@ class Mode(IntEnum):
         return (400, 1500, SPEED_MAX_RPM)[self % 3]
 
 
+# The modes in the drive's menu: CR are for pulses, SR for the bus.
 MENU_NAMES = ("CR_OPEN", "CR_CLOSE", "CR_vFOC", "SR_OPEN", "SR_CLOSE", "SR_vFOC")
-"""The modes in the drive's menu: CR are for pulses, SR for the bus."""
 
 
 class Bitrate(IntEnum):
@@ -256,8 +256,8 @@ class Ability(Enum):
     GO_TO_ZERO = "go to the zero", (1, 0, 9)
 
 
+# The newest firmware that this table knows of.
 LATEST: Version = (1, 0, 9)
-"""The newest firmware that this table knows of."""
 
 
 def abilities_of(version: Version) -> frozenset[Ability]:
@@ -350,8 +350,8 @@ def _read_switch(data: bytes) -> bool:
     return bool(data[0])
 
 
+# An on/off field.
 Switch: TypeAlias = Annotated[bool, Form(1, boolean, lambda value: bytes((value,)), _read_switch)]
-"""An on/off field."""
 
 
 @message()

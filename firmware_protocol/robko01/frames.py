@@ -18,18 +18,17 @@ from firmware_protocol.fields import message
 
 SENTINEL = 0xAA
 PAYLOAD_MAX = 26
+# Bytes in the longest frame, an answer with a full payload; a request has at most 32.
 FRAME_MAX = 33
-"""Bytes in the longest frame, an answer with a full payload; a request has at most 32."""
+# Bytes that end any half-read frame, in this reader and in the firmware's.
+#
+# The firmware has no timeout: after a corrupt length byte it swallows the frames that follow. Zeros
+# would be unsafe. Each check byte is the XOR of every other byte, so a frame that lost two zeros (a
+# motion has many) would become valid with two other zeros, its data shifted by a word. No leading
+# whole words of these bytes have an XOR of zero, and none of these bytes begins a frame. So a frame
+# that lost bytes becomes valid only by chance: once in 65536, or once in 256 if only its last byte
+# is missing.
 FLUSH = bytes((index // 2) ^ (index // 2 + 1) for index in range(FRAME_MAX))
-"""Bytes that end any half-read frame, in this reader and in the firmware's.
-
-The firmware has no timeout: after a corrupt length byte it swallows the frames that follow. Zeros
-would be unsafe. Each check byte is the XOR of every other byte, so a frame that lost two zeros (a
-motion has many) would become valid with two other zeros, its data shifted by a word. No leading
-whole words of these bytes have an XOR of zero, and none of these bytes begins a frame. So a frame
-that lost bytes becomes valid only by chance: once in 65536, or once in 256 if only its last byte is
-missing.
-"""
 
 _HEADER = 3
 _CHECK = 2
@@ -44,11 +43,11 @@ class Kind(IntEnum):
     ANSWER = 2
 
 
+# Valid values of LEN: the operation, the status (in answers) and the payload.
 _LENGTHS = {
     Kind.REQUEST: range(1, PAYLOAD_MAX + 2),
     Kind.ANSWER: range(2, PAYLOAD_MAX + 3),
 }
-"""Valid values of LEN: the operation, the status (in answers) and the payload."""
 
 
 @message()

@@ -268,11 +268,10 @@ Request: TypeAlias = (
 
 # The answers: a status, and a payload if the operation has one.
 
+# Operations whose OK answer always has a payload and is never an `Acknowledged`.
+#
+# `Op.OUTPUTS` is not among them: some firmware answers with the byte, some without.
 VALUED = frozenset((Op.PING, Op.INPUTS, Op.IS_MOVING, Op.POSITION))
-"""Operations whose OK answer always has a payload and is never an `Acknowledged`.
-
-`Op.OUTPUTS` is not among them: some firmware answers with the byte, some without.
-"""
 
 
 @message(op=numbered(Op), status=numbered(Status))
@@ -340,10 +339,10 @@ Answer: TypeAlias = Acknowledged | Busy | Pong | OutputsSet | InputsRead | Movin
 # Encoding and decoding.
 
 _REQUESTS: dict[Op, type[Request]] = {kind.op: kind for kind in get_args(Request)}
+# Decoders for the payloads of OK answers.
 _VALUES: dict[Op, Callable[[bytes], Answer]] = {
     kind.op: kind.read for kind in (Pong, OutputsSet, InputsRead, Moving, Positions)
 }
-"""Decoders for the payloads of OK answers."""
 
 
 def encode_request(request: Request, *, counts_check: bool = False) -> bytes:

@@ -46,9 +46,10 @@ class Due(Enum):
     ROWS = auto()
 
 
+# What follows the status line DONE, for the commands where something does.
 AFTER_DONE: Mapping[type[Command], Due] = MappingProxyType({Read: Due.REGISTERS, QDump: Due.ROWS})
-"""What follows the status line DONE, for the commands where something does."""
 
+# The form of what is due, and what it is called.
 FORMS: Mapping[Due, tuple[type[Reply], str]] = MappingProxyType(
     {
         Due.STATUS: (Status, "a status line"),
@@ -56,10 +57,9 @@ FORMS: Mapping[Due, tuple[type[Reply], str]] = MappingProxyType(
         Due.ROWS: (ProgramRow, "a program row"),
     }
 )
-"""The form of what is due, and what it is called."""
 
+# The most rows in a dump: they fill the arm's 1 KB of memory.
 MAX_ROWS = 64
-"""The most rows in a dump: they fill the arm's 1 KB of memory."""
 
 
 @message()

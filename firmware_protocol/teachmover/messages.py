@@ -39,8 +39,8 @@ from firmware_protocol.fields import (
 
 MOTORS = 6
 ROW_WORDS = 8
+# The fastest speed a motion may name; 0 is the slowest.
 SPEED_MAX = 245
-"""The fastest speed a motion may name; 0 is the slowest."""
 MOVE_KIND = 1
 WORD_MAX = (1 << 16) - 1
 _BYTE_MAX = 255
@@ -103,9 +103,9 @@ class ProgramRow:
         )
 
 
+# The character that a command starts with. An arm can be told another one (`@ARM`), which neither
+# end here uses; nor do they use `@DELAY`.
 ATTENTION = "@"
-"""The character that a command starts with. An arm can be told another one (`@ARM`), which neither
-end here uses; nor do they use `@DELAY`."""
 REGISTER_NUMBERS = 7
 
 
@@ -256,12 +256,12 @@ Reply: TypeAlias = Status | Registers | ProgramRow
 # been a minus sign, so it is not accepted there.
 
 CR = b"\r"
+# Bytes that mean nothing at either end of a line.
 PADDING = b" \n"
-"""Bytes that mean nothing at either end of a line."""
+# Bytes that mean nothing before a status or a command.
 NOISE = b"\0" + PADDING
-"""Bytes that mean nothing before a status or a command."""
+# Letters of a command's name that are enough: a public program sends @STE and @CLO.
 ABBREVIATED = 3
-"""Letters of a command's name that are enough: a public program sends @STE and @CLO."""
 
 _INTEGER = re.compile(rb"-?[0-9]{1,5}")
 _COMMAND = re.compile(rb"([A-Z]+)(.*)", re.DOTALL)
@@ -312,6 +312,7 @@ def decode_reply(line: bytes) -> Reply:
     return _row(fields)
 
 
+# How many numbers may follow the name of a command, and what makes a command of them.
 _COMMANDS: dict[str, tuple[range, Callable[..., Command]]] = {
     Step.name: (
         range(MOTORS + 1, MOTORS + 3),
@@ -325,7 +326,6 @@ _COMMANDS: dict[str, tuple[range, Callable[..., Command]]] = {
     ),
     **{kind.name: (range(1), kind) for kind in (Read, Reset, Run, QDump)},
 }
-"""How many numbers may follow the name of a command, and what makes a command of them."""
 
 
 def decode_command(body: bytes) -> Command:

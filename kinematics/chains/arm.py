@@ -36,20 +36,20 @@ from kinematics.paths.curves import LEAP_RAD, NearFollower, largest_turn, leap_s
 from kinematics.spaces import Joints, Pose, angles_of
 from kinematics.text import shown_name
 
+# Postures tried before a pose is called out of reach: a person is waiting for the answer.
 STARTS = 16
-"""Postures tried before a pose is called out of reach: a person is waiting for the answer."""
 
+# If a pose cannot be reached, keep the hand's orientation and come as near as possible.
 HAND_FIRST: First = (
     frozenset({Part.HEADING, Part.PITCH, Part.ROLL}),
     frozenset({Part.POSITION}),
 )
-"""If a pose cannot be reached, keep the hand's orientation and come as near as possible."""
 
+# A link shorter than this moves no point.
 LENGTH_MM = 1e-9
-"""A link shorter than this moves no point."""
 
+# The lever of an axis through the tip: not 0, because other joints may move the tip away.
 LEAST_LEVER_MM = 1e-6
-"""The lever of an axis through the tip: not 0, because other joints may move the tip away."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -304,9 +304,9 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
 # angles, of any turn. Six turn the hand about one axis, the shorter way, which no angle's own
 # degeneracy disturbs: a hand is the unit quaternion of its rotation.
 
+# The furthest that a joint may turn between two waypoints, so that the hand's direction, which
+# is no sum of joint angles here, stays within some thousandths of a rad of the line's.
 WAYPOINT_TURN_RAD = 0.1
-"""The furthest that a joint may turn between two waypoints, so that the hand's direction, which
-is no sum of joint angles here, stays within some thousandths of a rad of the line's."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -353,8 +353,8 @@ def _turned(a: Hand, b: Hand, share: float) -> Hand:
 # many times in each leg, also for points that cannot be reached, and has no time for reasons:
 # `ik_near` gives those.
 
+# How far from a joint's limit the second look begins.
 INSIDE_RAD = 0.05
-"""How far from a joint's limit the second look begins."""
 
 
 def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[float, ...] | None:
@@ -383,8 +383,8 @@ def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[floa
 # A closed form without a solution proves that the pose is out of reach. A search proves nothing,
 # and the message says so.
 
+# An angle of the hand nearer to the goal's than this counts as equal.
 HELD_RAD = 1e-6
-"""An angle of the hand nearer to the goal's than this counts as equal."""
 
 
 def _refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:

@@ -54,22 +54,21 @@ from kinematics.frames.vectors import (
 #
 # Source: McKerrow, chapter 4, section 3 (the common normal of a link).
 
+# Sine of the angle below which two axes count as parallel.
+#
+# The common normal of axes so nearly parallel is a kilometre away for each tenth of a millimetre
+# between them, and says more about rounding than about the arm. Taken as parallel, they put the end
+# of a link of a metre some 1e-4 mm elsewhere at most.
 SAME_DIRECTION = 1e-7
-"""Sine of the angle below which two axes count as parallel.
 
-The common normal of axes so nearly parallel is a kilometre away for each tenth of a millimetre
-between them, and says more about rounding than about the arm. Taken as parallel, they put the end
-of a link of a metre some 1e-4 mm elsewhere at most.
-"""
-
+# Sine of the angle below which only rounding keeps two axes from being parallel.
 EXACTLY_PARALLEL = 1e-12
-"""Sine of the angle below which only rounding keeps two axes from being parallel."""
 
+# Axes nearer to each other than this intersect, or are the same.
 TOUCHING_MM = 1e-6
-"""Axes nearer to each other than this intersect, or are the same."""
 
+# No point of an arm is further away: a double still resolves 1e-8 mm there.
 FARTHEST_MM = 1e8
-"""No point of an arm is further away: a double still resolves 1e-8 mm there."""
 
 
 class Relation(Enum):
@@ -142,14 +141,14 @@ def relate(
     return AxisPair(Relation.INTERSECTING if meet else Relation.SKEW, near, far, sine)
 
 
+# Dot product of unit vectors above which one leans towards the other.
 _LEANS = 1e-9
-"""Dot product of unit vectors above which one leans towards the other."""
 
+# Dot product of two unit vectors, as people type them, that are at a right angle.
 SQUARE = 1e-6
-"""Dot product of two unit vectors, as people type them, that are at a right angle."""
 
+# Steps of the algorithm that leave a choice (Asokan, lecture 2.7).
 BASE_FRAME, Z_AXIS, ORIGIN, X_AXIS_OF_FRAME, LAST_FRAME = 2, 3, 4, 5, 8
-"""Steps of the algorithm that leave a choice (Asokan, lecture 2.7)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,16 +33,17 @@ from kinematics.frames.transforms import Transform
 
 Posture = tuple[float, ...]
 
+# Return the postures for a frame. The second argument gives the values of free joints.
 BranchFinder = Callable[[Transform, Sequence[float]], list[Posture]]
-"""Return the postures for a frame. The second argument gives the values of free joints."""
 
+# Below this sine of the wrist's middle joint its outer joints are solved as a pair, at no loss of
+# digits.
 NEAR_STRAIGHT = 1e-3
-"""Below this sine of the wrist's middle joint its outer joints are solved as a pair, at no loss of
-digits."""
 
+# Below this sine only the outer joints' sum is defined. The hand is off by at most twice this.
 STRAIGHT = 5e-11
-"""Below this sine only the outer joints' sum is defined. The hand is off by at most twice this."""
 
+# What generated code calls.
 CALLED = {
     "atan2": atan2,
     "cos": cos,
@@ -51,7 +52,6 @@ CALLED = {
     "remainder": math.remainder,
     "linear": linear,
 }
-"""What generated code calls."""
 
 
 def branch_finder(chain: Chain, family: Family, *, heading_free: bool = False) -> BranchFinder:
@@ -86,8 +86,8 @@ def branch_finder(chain: Chain, family: Family, *, heading_free: bool = False) -
 # the frame that joint 2 carries. Sources: Pieper (1968), and McKerrow, chapter 4, section 16.
 
 
+# The first three turns.
 Placed = tuple[Turn, Turn, Turn]
-"""The first three turns."""
 
 
 def _carried(arm: Layout, index: int, turn: Turn, v: Vector3) -> Vector3:

@@ -26,8 +26,8 @@ from kinematics.frames.vectors import Vector, norm
 from kinematics.limits import LIMIT_TOLERANCE_RAD, LimitViolation, few_turns, turn_into
 from kinematics.text import aligned, counted
 
+# How far beyond a limit a prismatic joint may lie and still be taken for at the limit.
 LIMIT_TOLERANCE_MM = 1e-6
-"""How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
 
 
 @dataclass(frozen=True, slots=True)

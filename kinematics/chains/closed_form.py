@@ -23,20 +23,20 @@ from kinematics.chains.structure import Family, family_of, why_no_family
 from kinematics.frames.transforms import Transform
 from kinematics.limits import SAME_POSTURE_RAD, all_fitted
 
+# How far a posture's tip may be from the goal: a tenth of the tolerance for a met goal.
 NEAR_MM = 1e-5
-"""How far a posture's tip may be from the goal: a tenth of the tolerance for a met goal."""
 
+# How far the entries of the tool's rotation may be from the goal's.
 NEAR_RAD = 1e-7
-"""How far the entries of the tool's rotation may be from the goal's."""
 
+# How far off a posture may be, in mm and rad, to be improved numerically.
 ROUGH = (0.1, 1e-3)
-"""How far off a posture may be, in mm and rad, to be improved numerically."""
 
+# Before a chain's code is used, it must find this many random postures again.
 PROOFS = 6
-"""Before a chain's code is used, it must find this many random postures again."""
 
+# The value of a joint that the code leaves free, while the code is tested.
 ELSEWHERE_RAD = 0.123
-"""The value of a joint that the code leaves free, while the code is tested."""
 
 
 @dataclass(frozen=True, slots=True)

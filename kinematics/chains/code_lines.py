@@ -27,8 +27,8 @@ ZERO = Term(0.0)
 ONE = Term(1.0)
 
 Vector3 = tuple[Term, Term, Term]
+# A matrix as its rows.
 Rows3 = tuple[Vector3, Vector3, Vector3]
-"""A matrix as its rows."""
 
 X: Vector3 = (ONE, ZERO, ZERO)
 Z: Vector3 = (ZERO, ZERO, ONE)

@@ -29,15 +29,15 @@ from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import dot
 from kinematics.spaces import Jacobian
 
+# By how much the first parts of a goal outweigh the others, increased step by step: the largest
+# weight at once would make the valley of the error too narrow to follow.
 STIFF = (10.0, 100.0, 1000.0)
-"""By how much the first parts of a goal outweigh the others, increased step by step: the largest
-weight at once would make the valley of the error too narrow to follow."""
 
+# Postures nearer than this, in all, are one.
 _SAME = 1e-3
-"""Postures nearer than this, in all, are one."""
 
+# A step shorter than this moves nothing.
 _STILL = 1e-13
-"""A step shorter than this moves nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,17 +63,17 @@ class Pace:
     doubts: int
 
 
+# From anywhere, to the last digit.
 THOROUGH = Pace(80, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
-"""From anywhere, to the last digit."""
 
+# From a posture that nearly meets the goal.
 FINISHING = replace(THOROUGH, rounds=8)
-"""From a posture that nearly meets the goal."""
 
+# One of many starts: given up as soon as three steps in a row gain less than a tenth each.
 SEARCHING = Pace(40, 1e-22, 1e-2, 1e-12, 1e3, 0.3, 8.0, 3, 0.9, 1)
-"""One of many starts: given up as soon as three steps in a row gain less than a tenth each."""
 
+# A small step to within some 1e-7 mm, or an early end without success: a jog cannot wait.
 QUICK = Pace(16, 1e-18, 1e-6, 1e-12, 1.0, 0.01, 30.0, 2, 0.999, 1)
-"""A small step to within some 1e-7 mm, or an early end without success: a jog cannot wait."""
 
 Weights = dict[Part, float]
 Rows = Sequence[Sequence[float]]
@@ -299,8 +299,8 @@ def _squared(values: Sequence[float]) -> float:
 # The solution is written out as code for each size of the system, every entry a local variable: it
 # takes a tenth of the time of loops over lists, and descents do little else.
 
+# Return the step for a Jacobian's rows, the errors, and the damping.
 StepFinder = Callable[[Rows, Sequence[float], float], tuple[float, ...]]
-"""Return the step for a Jacobian's rows, the errors, and the damping."""
 
 
 @lru_cache(maxsize=16)

@@ -40,8 +40,8 @@ from kinematics.frames.vectors import (
 from kinematics.geometry import AXIS_MM
 from kinematics.spaces import POSE_EXAMPLE, Pose, refuse_yaw
 
+# A horizontal part smaller than this gives no heading.
 VERTICAL = 1e-9
-"""A horizontal part smaller than this gives no heading."""
 
 
 class Part(Enum):
@@ -55,8 +55,8 @@ class Part(Enum):
 
 ALL_PARTS = frozenset(Part)
 
+# The parts of a goal that leaves the hand's rotation about the world's z axis free.
 HEADING_FREE = ALL_PARTS - {Part.HEADING}
-"""The parts of a goal that leaves the hand's rotation about the world's z axis free."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -244,11 +244,11 @@ def _swung(turned: Matrix3, hand: Vector) -> Matrix3:
 # in the plane of base axis and tip, as the Mini-mover's build does, pitch counts outwards in that
 # plane and may pass the vertical, as `FiveAxisArm` has it. Lengths in mm, angles in rad.
 
+# A hand that leaves the plane of base axis and tip by less than this lies in it.
 PLANE_SINE = 1e-9
-"""A hand that leaves the plane of base axis and tip by less than this lies in it."""
 
+# Random postures in which a hand must lie in the plane: one alone may do so by chance.
 _LOOKS = 8
-"""Random postures in which a hand must lie in the plane: one alone may do so by chance."""
 
 
 class HandTask(Enum):

@@ -31,8 +31,8 @@ from kinematics.frames.vectors import distance, norm
 from kinematics.limits import LimitViolation
 from kinematics.text import significant
 
+# Smallest singular value, dimensionless, above which an arm is not at the edge of its reach.
 FAR_FROM_SINGULAR = 1e-4
-"""Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
 
 
 class Reason(Enum):
@@ -145,30 +145,30 @@ def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
     )
 
 
+# The priority of parts if not all can be met: earlier sets outweigh later ones.
 First = Sequence[frozenset[Part]]
-"""The priority of parts if not all can be met: earlier sets outweigh later ones."""
 
+# Keep the position, and turn the hand as nearly as it goes.
 POSITION_FIRST: First = (frozenset({Part.POSITION}),)
-"""Keep the position, and turn the hand as nearly as it goes."""
 
 
+# Postures tried: the seed, the middle of the ranges, then random ones, always the same.
 STARTS = 24
-"""Postures tried: the seed, the middle of the ranges, then random ones, always the same."""
 
+# The most that are tried for a goal that no posture meets: only the nearest pose is wanted.
 HOPELESS_STARTS = 12
-"""The most that are tried for a goal that no posture meets: only the nearest pose is wanted."""
 
+# Postures tried without limits, besides the best ones found within them.
 FREE_STARTS = 6
-"""Postures tried without limits, besides the best ones found within them."""
 
+# Short descents that first look for a whole frame, or one of any heading.
 SEARCHES = 200
-"""Short descents that first look for a whole frame, or one of any heading."""
 
+# A part of a goal is met within this.
 MET_MM, MET_RAD = 1e-4, 1e-6
-"""A part of a goal is met within this."""
 
+# How many of the postures beyond limits are looked around for one within them.
 MOST_BRANCHES = 8
-"""How many of the postures beyond limits are looked around for one within them."""
 
 
 def solve_frame_ik(

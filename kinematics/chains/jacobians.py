@@ -23,22 +23,22 @@ from kinematics.frames.vectors import norm
 from kinematics.spaces import Jacobian
 from kinematics.text import shown_name
 
+# The rows of a geometric Jacobian that concern the tip's position.
 POSITION_ROWS = (0, 1, 2)
-"""The rows of a geometric Jacobian that concern the tip's position."""
 
 ALL_ROWS = (0, 1, 2, 3, 4, 5)
 
+# Below this dimensionless singular value a direction is nearly lost.
 NEARLY_SINGULAR = 0.05
-"""Below this dimensionless singular value a direction is nearly lost."""
 
+# A dimensionless singular value below this is zero.
 SINGULAR = 1e-9
-"""A dimensionless singular value below this is zero."""
 
+# Singular values no further apart than this share are one: no direction is the hardest.
 EQUAL_SHARE = 1e-6
-"""Singular values no further apart than this share are one: no direction is the hardest."""
 
+# Components of a unit direction below this are left out of its description.
 SMALL_PART = 0.05
-"""Components of a unit direction below this are left out of its description."""
 
 _AXES = ("x", "y", "z")
 _TURNS = (*_AXES, "the wrist's axis", "the hand's axis")

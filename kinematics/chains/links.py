@@ -123,14 +123,14 @@ def a_matrix(
 # Source: McKerrow, chapter 4, section 6, solved for its parameters; Craig, chapter 3. Four numbers
 # cannot say where any frame is: frames that were not assigned by the rules are refused.
 
+# A length this near to zero is zero: rounding of the axes' geometry.
 CLEAN_MM = 1e-9
-"""A length this near to zero is zero: rounding of the axes' geometry."""
 
+# An angle this near to a whole number of quarter turns is one.
 CLEAN_RAD = 1e-9
-"""An angle this near to a whole number of quarter turns is one."""
 
+# How far (mm, and of the entries of the rotation) the parameters may miss the frame.
 MISFIT = 1e-6
-"""How far (mm, and of the entries of the rotation) the parameters may miss the frame."""
 
 _QUARTER = math.pi / 2
 

@@ -23,8 +23,8 @@ from kinematics.limits import Span, Spread, spread_over
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
+# Postures in a block: as few as keep a call's own cost small, as many as the caches hold.
 BLOCK = 8192
-"""Postures in a block: as few as keep a call's own cost small, as many as the caches hold."""
 
 
 def reach_maps(

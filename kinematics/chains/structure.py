@@ -32,9 +32,9 @@ from kinematics.frames.transforms import (
 )
 from kinematics.frames.vectors import Vector, add, distance, scale
 
+# Axes that lean less than this towards each other are parallel, and those that pass each other
+# nearer than this share of the arm's length meet: on a metre it is 1e-5 mm.
 EXACT = 1e-8
-"""Axes that lean less than this towards each other are parallel, and those that pass each other
-nearer than this share of the arm's length meet: on a metre it is 1e-5 mm."""
 
 
 class Family(Enum):
@@ -128,11 +128,11 @@ def why_no_family(chain: Chain) -> str:
 # turned about z by that one's joint: T = C0 Rz(q1) C1 Rz(q2) C2 ... Rz(qn) Cn. The frames of axes
 # that meet share their origin.
 
+# An entry of a constant rotation this near to 0, 1 or -1 is that number.
 CLEAN = 1e-12
-"""An entry of a constant rotation this near to 0, 1 or -1 is that number."""
 
+# A length this short is nothing.
 CLEAN_MM = 1e-10
-"""A length this short is nothing."""
 
 
 class Place(NamedTuple):

@@ -18,14 +18,13 @@ from typing import NamedTuple
 
 from kinematics.chains.code_lines import CodeLines, Term, Vector3
 
+# Share of their usual size below which an angle's coefficients leave that angle free.
 NO_MATTER = 1e-10
-"""Share of their usual size below which an angle's coefficients leave that angle free."""
 
+# How far (squared, as a share) a goal may lie beyond an edge and still be solved at the edge.
+#
+# Rounding needs far less. The solver compares every posture with the goal afterwards.
 TOUCHING = 1e-6
-"""How far (squared, as a share) a goal may lie beyond an edge and still be solved at the edge.
-
-Rounding needs far less. The solver compares every posture with the goal afterwards.
-"""
 
 
 class Turn(NamedTuple):
@@ -102,8 +101,8 @@ def each_root(
 
 # What the code calls.
 
+# The factors of an equation, the share that makes them a unit vector, and the sines' roots.
 Solved = tuple[float, float, float, float, tuple[float, ...]]
-"""The factors of an equation, the share that makes them a unit vector, and the sines' roots."""
 
 
 def linear(a: float, b: float, c: float, free: float, size: float) -> Solved:

@@ -42,20 +42,19 @@ from kinematics.frames.vectors import ZERO, Vector, cross, distance, dot, norm, 
 
 MM_PER_M = 1000.0
 
+# A hundred times the size of an arm's URDF; meshes are files of their own.
 MOST_CHARACTERS = 2_000_000
-"""A hundred times the size of an arm's URDF; meshes are files of their own."""
 
 MOST_JOINTS = 200
 
+# Axes within 0.1 degrees of parallel are taken as parallel.
+#
+# No printed arm is built more exactly. Taken literally, such axes have their common normal, where
+# the link table puts a frame, tens of metres away.
 STRAIGHT_RAD = 2e-3
-"""Axes within 0.1 degrees of parallel are taken as parallel.
 
-No printed arm is built more exactly. Taken literally, such axes have their common normal, where the
-link table puts a frame, tens of metres away.
-"""
-
+# Names of the hand's link: first the one of ROS-Industrial (REP 199).
 TIP_NAMES = ("tool0", "tcp", "tool")
-"""Names of the hand's link: first the one of ROS-Industrial (REP 199)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -410,8 +409,8 @@ def _rounded_angles(joints: Sequence[_JointElement]) -> Iterator[str]:
         yield f"rounded angles are read as they are meant: {', '.join(read)}"
 
 
+# An angle changed by less was written in full.
 ROUNDING_RAD = 1e-9
-"""An angle changed by less was written in full."""
 
 _TWELFTH = math.pi / 12.0
 _QUARTER_IN_TWELFTHS = 6
@@ -506,8 +505,8 @@ def _identifier(name: str, taken: Sequence[str], unused: list[str]) -> str:
     return word
 
 
+# Rounding moves no tip further.
 DEVIATION_MM = 1e-6
-"""Rounding moves no tip further."""
 
 
 def _deviation_mm(chain: Chain, joints: Sequence[_UrdfJoint]) -> float:
@@ -557,8 +556,8 @@ def _left_out(robot: ET.Element) -> Iterator[str]:
 
 TOOL_JOINT = "tool_joint"
 LINK_RADIUS_MM = 15.0
+# A link shorter than this is not drawn.
 THINNEST_MM = 1e-6
-"""A link shorter than this is not drawn."""
 
 
 def urdf_of_chain(chain: Chain) -> str:

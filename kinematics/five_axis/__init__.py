@@ -286,9 +286,8 @@ def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitVi
 # One posture, kept along a straight line or any other curve of the tip.
 # A hand is its pitch (seen outwards, of any turn) and the angle of the wrist roll.
 
+# An elbow nearer to straight than this is on neither side; the side allowed by its range is used.
 STRAIGHT_RAD = 1e-6
-"""An elbow nearer to straight than this is on neither side; the side allowed by its range is used.
-"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

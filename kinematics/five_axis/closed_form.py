@@ -14,14 +14,14 @@ from kinematics.frames.transforms import Transform
 from kinematics.geometry import AXIS_MM
 from kinematics.limits import JointRange, all_fitted
 
+# How far rounding may put a wrist beyond full stretch, or within full fold.
 REACH_MM = 1e-9
-"""How far rounding may put a wrist beyond full stretch, or within full fold."""
 
+# Height of the shoulder axis, upper arm, forearm, hand.
 Lengths = tuple[float, float, float, float]
-"""Height of the shoulder axis, upper arm, forearm, hand."""
 
+# Base, shoulder, elbow, wrist pitch, wrist roll.
 Angles = tuple[float, float, float, float, float]
-"""Base, shoulder, elbow, wrist pitch, wrist roll."""
 
 
 def branch_name(*, back: bool, up: bool) -> str:

@@ -36,11 +36,11 @@ from kinematics.spaces import Joints, Pose
 # another pitch of the task; it adds where arcs cross that bound, and the point of the bound at the
 # goal's height.
 
+# An edge whose length is negative by this much is a corner turned inside out by rounding.
 SLACK_RAD = 1e-9
-"""An edge whose length is negative by this much is a corner turned inside out by rounding."""
 
+# Shoulder, elbow, wrist pitch.
 PlaneAngles = tuple[float, float, float]
-"""Shoulder, elbow, wrist pitch."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,11 +209,11 @@ def _turning_points(problem: PlaneProblem, arc: Arc) -> Iterator[float]:
             yield turned
 
 
+# A tip on the base axis counts as in front of it; a tip behind it stays this far away.
 BEHIND_MM = 2.0 * AXIS_MM
-"""A tip on the base axis counts as in front of it; a tip behind it stays this far away."""
 
+# Step of the search for a pitch that can be held; the last step is then bisected.
 PITCH_SCAN_RAD = math.radians(1.0)
-"""Step of the search for a pitch that can be held; the last step is then bisected."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,11 +21,11 @@ from kinematics.five_axis.closed_form import Angles, nearest_branch
 from kinematics.five_axis.nearest import Arc, arcs, plane_problems
 from kinematics.limits import JointRange
 
+# How far to either side of a boundary its reach is asked; what is thinner is not seen.
 NUDGE_MM = 0.02
-"""How far to either side of a boundary its reach is asked; what is thinner is not seen."""
 
+# How often the end of a boundary is halved: from a step of 5 mm to a millionth of a mm.
 _HALVINGS = 24
-"""How often the end of a boundary is halved: from a step of 5 mm to a millionth of a mm."""
 
 Point = tuple[float, float]
 

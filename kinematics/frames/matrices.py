@@ -12,8 +12,8 @@ from operator import mul
 
 Matrix = tuple[tuple[float, ...], ...]
 
+# A pivot smaller than this, against its row's largest entry, is a row that adds nothing.
 PIVOT = 1e-12
-"""A pivot smaller than this, against its row's largest entry, is a row that adds nothing."""
 
 
 class DependentRow(ArithmeticError):
@@ -66,11 +66,11 @@ def transposed(matrix: Matrix) -> Matrix:
 
 # Singular values.
 
+# Cosine between two columns below which a sweep of rotations leaves them alone.
 ORTHOGONAL = 1e-13
-"""Cosine between two columns below which a sweep of rotations leaves them alone."""
 
+# Sweeps after which singular values are taken as they are; some six are usual.
 SWEEPS = 60
-"""Sweeps after which singular values are taken as they are; some six are usual."""
 
 
 @dataclass(frozen=True, slots=True)

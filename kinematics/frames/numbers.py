@@ -14,11 +14,10 @@ from typing import Any
 from kinematics.errors import KinematicsError, finite, hand_angle
 from kinematics.text import counted
 
+# An angle this near to a whole number of quarter turns is one: cos(pi / 2) is not 6e-17.
+#
+# On an arm of a metre it is worth 1e-9 mm.
 QUARTER_TOLERANCE_RAD = 1e-12
-"""An angle this near to a whole number of quarter turns is one: cos(pi / 2) is not 6e-17.
-
-On an arm of a metre it is worth 1e-9 mm.
-"""
 
 _QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 

@@ -33,8 +33,8 @@ from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation
 from kinematics.frames.vectors import Z_AXIS, ZERO, Vector, add, cross, dot, norm, scale, unit
 from kinematics.limits import wrap
 
+# Within this angle of a degenerate orientation the entries of a matrix tell only its noise.
 DEGENERATE_RAD = ROTATION_TOLERANCE
-"""Within this angle of a degenerate orientation the entries of a matrix tell only its noise."""
 
 
 class Degeneracy(Enum):
@@ -223,8 +223,8 @@ def rotation_vector(matrix: Matrix3) -> Vector:
     return scale(math.atan2(sine, cosine) / sine, (x, y, z))
 
 
+# Sine of an angle below which, near half a turn, the sine no longer gives the axis.
 SPLIT_SINE = 1e-3
-"""Sine of an angle below which, near half a turn, the sine no longer gives the axis."""
 
 
 def turn_between(first: Matrix3, second: Matrix3) -> float:

@@ -43,13 +43,13 @@ Row4 = tuple[float, float, float, float]
 Transform = tuple[Row4, Row4, Row4, Row4]
 
 LAST_ROW: Row4 = (0.0, 0.0, 0.0, 1.0)
+# The identity: a frame that coincides with its reference.
 IN_PLACE: Transform = (
     (1.0, 0.0, 0.0, 0.0),
     (0.0, 1.0, 0.0, 0.0),
     (0.0, 0.0, 1.0, 0.0),
     LAST_ROW,
 )
-"""The identity: a frame that coincides with its reference."""
 
 
 def transform(rotation: Matrix3, position: Vector) -> Transform:
@@ -134,8 +134,8 @@ def transform_vector(frame: Transform, vector: Vector) -> Vector:
 # Is a matrix a rotation? If not, which of the properties of chapter 2, section 2.3 fails, and by
 # how much: columns of length 1, normal to each other, and a determinant of 1.
 
+# How far lengths (of 1) and angles (rad) may be off: above rounding, below any arm's accuracy.
 ROTATION_TOLERANCE = 1e-9
-"""How far lengths (of 1) and angles (rad) may be off: above rounding, below any arm's accuracy."""
 
 
 def check_rotation(matrix: Matrix3) -> Matrix3:

@@ -24,9 +24,9 @@ from kinematics.frames.vectors import Vector, add, cross, norm, subtract, unit
 from kinematics.limits import wrap
 from kinematics.spaces import Pose
 
+# Points that lay out a frame must be at least this far apart, and off one line: a touch of a
+# finger is no better than that.
 APART_MM = 1.0
-"""Points that lay out a frame must be at least this far apart, and off one line: a touch of a
-finger is no better than that."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,8 +29,8 @@ from kinematics.text import beyond, joint_text
 
 # What a guard measures in a posture: readings of every guard, and the violations.
 
+# A pose on a guard's bound is allowed, whichever way its last digit was rounded.
 ROUNDING_MM = 1e-6
-"""A pose on a guard's bound is allowed, whichever way its last digit was rounded."""
 
 
 class Reading(NamedTuple):
@@ -103,8 +103,8 @@ class AngleSum:
 
 BASE_COLUMN = "base column"
 AGAINST_ITSELF = "arm against itself"
+# The prefix of the names of box guards.
 BOX = "box "
-"""The prefix of the names of box guards."""
 
 
 # The message for each violated guard. `inside` is how far the arm is beyond the bound.
@@ -293,12 +293,13 @@ class GuardedArm:
 # Neighbours always touch, and so do links separated only by short ones: those pairs are left out,
 # as is a link whose first joint stands within the base column.
 
+# The number of random postures to test: a property that all of them share holds in general.
 LOOKS = 4
-"""The number of random postures to test: a property that all of them share holds in general."""
 
+# Lengths that differ by less than this are the same in different postures.
 STILL_MM = 1e-6
-"""Lengths that differ by less than this are the same in different postures."""
 
+# Links named by the point where they end; the others are called after that point.
 _ENDING_AT = {
     "shoulder": "shoulder column",
     "elbow": "upper arm",
@@ -306,7 +307,6 @@ _ENDING_AT = {
     "wrist pitch": "forearm",
     "tip": "hand",
 }
-"""Links named by the point where they end; the others are called after that point."""
 
 Segments = tuple[tuple[Point, Point], ...]
 

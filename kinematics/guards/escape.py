@@ -13,14 +13,14 @@ from kinematics.spaces import Joints, Pose
 # Ways out of a guard on the arm's links or on a sum of its joints, as poses to try next. The hand
 # is moved as if the link moved with it. That is inaccurate, but later moves correct it.
 
+# How far a pose is moved to measure the slope of a guard's depth.
 PROBE_MM = 0.5
-"""How far a pose is moved to measure the slope of a guard's depth."""
 
+# How much further than the bound to move, so that rounding does not matter.
 BEYOND = 1.01
-"""How much further than the bound to move, so that rounding does not matter."""
 
+# The longest single move, for guards whose depth hardly changes in any direction.
 FURTHEST_MM = 300.0
-"""The longest single move, for guards whose depth hardly changes in any direction."""
 
 
 def out_of_box(
@@ -83,17 +83,17 @@ def _moved(pose: Pose, way: tuple[float, float, float], by_mm: float) -> Pose:
     )
 
 
+# How many bounds a goal is moved to in turn before the attempt is given up.
 MOVES = 4
-"""How many bounds a goal is moved to in turn before the attempt is given up."""
 
+# How many goals are tried after each move, the nearest ones first.
 MOST_TRIES = 12
-"""How many goals are tried after each move, the nearest ones first."""
 
+# How often the path back to the arm's present pose is halved, if nothing else was found.
 HALVINGS = 12
-"""How often the path back to the arm's present pose is halved, if nothing else was found."""
 
+# A goal, and the posture near which to look for it.
 Try = tuple[Pose, Joints | None]
-"""A goal, and the posture near which to look for it."""
 
 
 def nearest_allowed(

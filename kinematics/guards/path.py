@@ -18,14 +18,14 @@ from kinematics.guards import GuardedArm, Guards, GuardViolation, deepest
 from kinematics.paths.curves import JointPath
 from kinematics.spaces import Joints
 
+# The largest distance between sampled postures near a guard.
 STEP_MM = 2.0
-"""The largest distance between sampled postures near a guard."""
 
+# A depth that grows by rounding alone has not grown.
 SLACK_MM = 1e-6
-"""A depth that grows by rounding alone has not grown."""
 
+# A guard and its quantity: each of them on its own may get no deeper.
 Key = tuple[str, str]
-"""A guard and its quantity: each of them on its own may get no deeper."""
 
 
 def first_violation(

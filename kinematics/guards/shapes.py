@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from kinematics.errors import KinematicsError, finite
 from kinematics.geometry import Point
 
+# A segment this parallel to an edge of the box has no direction across both.
 LEAST_SINE2 = 1e-14
-"""A segment this parallel to an edge of the box has no direction across both."""
 
 _AXES = range(3)
 
@@ -137,8 +137,8 @@ class Box:
 
 # Exact distances between straight segments (Ericson, Real-Time Collision Detection, section 5.1).
 
+# Squared sine below which two segments count as parallel: their ends then decide.
 PARALLEL = 1e-12
-"""Squared sine below which two segments count as parallel: their ends then decide."""
 
 
 def point_distance_mm(p: Point, a: Point, b: Point) -> float:
@@ -185,8 +185,8 @@ def _between_inner_points_mm(a: Point, b: Point, c: Point, d: Point) -> float | 
 
 # The base as an upright column, and how far a segment is from it or how deep inside.
 
+# How often the interval of the least distance is halved: 40 turns a metre into 1e-9 mm.
 HALVINGS = 40
-"""How often the interval of the least distance is halved: 40 turns a metre into 1e-9 mm."""
 
 
 @dataclass(frozen=True, slots=True)

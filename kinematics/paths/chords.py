@@ -19,24 +19,23 @@ from kinematics.geometry import ArmGeometry, Curve, PathBroken
 from kinematics.paths.curves import straight_line
 from kinematics.spaces import Joints, Pose
 
+# Share of the tolerance allowed at the sampled points, so that it holds between them too.
+#
+# Between two corners the deviation is close to a parabola that is zero at both ends. Samples at a
+# quarter, a half and three quarters find its top, and the margin covers the remaining error.
 MARGIN = 0.75
-"""Share of the tolerance allowed at the sampled points, so that it holds between them too.
 
-Between two corners the deviation is close to a parabola that is zero at both ends. Samples at a
-quarter, a half and three quarters find its top, and the margin covers the remaining error.
-"""
-
+# The smallest share of a curve between two corners; a curve that needs smaller ones breaks.
 SHORTEST_CUT = 2.0**-16
-"""The smallest share of a curve between two corners; a curve that needs smaller ones breaks."""
 
+# The most that a path's direction in joint space turns at a corner, unless its chords are tiny.
 LARGEST_CORNER_RAD = math.radians(15.0)
-"""The most that a path's direction in joint space turns at a corner, unless its chords are tiny."""
 
+# A chord in which the joints turn by less is tiny: about a motor step of a table-top arm.
 TINY_RAD = 1e-3
-"""A chord in which the joints turn by less is tiny: about a motor step of a table-top arm."""
 
+# A chord in which the joints turn by less than this has no direction.
 STILL_RAD = 1e-9
-"""A chord in which the joints turn by less than this has no direction."""
 
 _SHARES = (0.25, 0.5, 0.75)
 _COSINE = math.cos(LARGEST_CORNER_RAD)
@@ -172,8 +171,8 @@ def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
     return (chords[0].start, *(chord.end for chord in chords))
 
 
+# The default tolerance of a straight line: less than two steps of a TeachMover.
 LINE_TOLERANCE_MM = 0.5
-"""The default tolerance of a straight line: less than two steps of a TeachMover."""
 
 
 def line_path(

@@ -27,14 +27,14 @@ from kinematics.text import shown_name
 
 # Traces: curves of the tip through space, without arm or hand. Points are given at shares (0 to 1).
 
+# The longest part in which an arc is examined: a chord is compared with the curve at three places,
+# and there a whole turn may look like no motion.
 EIGHTH_RAD = math.pi / 4.0
-"""The longest part in which an arc is examined: a chord is compared with the curve at three places,
-and there a whole turn may look like no motion."""
 
 QUARTER_RAD = math.pi / 2.0
 
+# The parts in which a blend is examined at least, for the same reason.
 BLEND_CHORDS = 8
-"""The parts in which a blend is examined at least, for the same reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,8 +128,8 @@ class Bezier:
         return x, y, z
 
 
+# A trace that a blend may leave or join; it looks the same from both ends.
 Blendable = LineSegment | Round
-"""A trace that a blend may leave or join; it looks the same from both ends."""
 
 
 def turned(centre: Point, out: Vector, ahead: Vector, angle_rad: float) -> Point:
@@ -151,8 +151,8 @@ def cubic(points: tuple[tuple[float, ...], ...], share: float) -> tuple[float, .
 
 # Arcs through three points: their centre is the circumcentre of the triangle.
 
+# Points nearer to one another, or to a line, define no circle: a motor step moves further.
 LEAST_MM = 0.01
-"""Points nearer to one another, or to a line, define no circle: a motor step moves further."""
 
 
 def round_through(start: Point, via: Point, goal: Point, sweep_rad: float | None = None) -> Round:
@@ -256,8 +256,8 @@ def largest_turn(before: Joints, reached: Joints) -> tuple[str, float]:
     return reached.names[turns.index(furthest)], furthest
 
 
+# The furthest that a joint may turn in one small step: further is a leap to another posture.
 LEAP_RAD = 0.5
-"""The furthest that a joint may turn in one small step: further is a leap to another posture."""
 
 
 def leap_sentence(joint: str, turn_rad: float, why: str) -> str:
@@ -322,8 +322,8 @@ class HandCurve(Generic[T]):
         return leap_sentence("base", turn, f"the {self.shape} meets the base axis")
 
 
+# A straight line of the tip.
 Line = HandCurve[LineSegment]
-"""A straight line of the tip."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -399,8 +399,8 @@ def straight_between(follower: Follower, start: Point, hand: Hand, goal: Pose) -
     return HandCurve(follower, LineSegment(start, end), (hand, follower.hand(goal, hand)))
 
 
+# An arc of the tip.
 Arc = HandCurve[Round]
-"""An arc of the tip."""
 
 
 def beginning(arm: ArmGeometry, start: Joints) -> tuple[Follower, Point]:

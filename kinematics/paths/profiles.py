@@ -21,8 +21,8 @@ from typing import NamedTuple
 
 from kinematics.errors import KinematicsError, not_negative, positive
 
+# More rounds than Newton's method, kept in its bracket by halving, ever needs for a double.
 NEWTON_ROUNDS = 60
-"""More rounds than Newton's method, kept in its bracket by halving, ever needs for a double."""
 
 
 class Phase(NamedTuple):

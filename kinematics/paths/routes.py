@@ -96,8 +96,8 @@ class ArcPart:
         check_fields(self, not_negative, "blend_mm")
 
 
+# One part of a route.
 PathPart = JointPart | PosePart | LinePart | ArcPart
-"""One part of a route."""
 
 
 # The parts of a route laid end to end, each from stop to stop: its curve and its chords.
@@ -200,30 +200,30 @@ def _curve(hold: _Hold, move: LinePart | ArcPart) -> Line | Arc:
 # is inside the hull of its four points, none of which is further from the point between than the
 # radius.
 
+# A blend with a smaller radius is a stop.
 SMALLEST_MM = 1e-3
-"""A blend with a smaller radius is a stop."""
 
+# Where a middle point of a blend lies along its tangent towards the point between.
 MIDDLE = 2.0 / 3.0
-"""Where a middle point of a blend lies along its tangent towards the point between."""
 
+# By how much a joint blend is shrunk if it strays.
 SHRINKING = 0.7
-"""By how much a joint blend is shrunk if it strays."""
 
+# How often a joint blend is shrunk before the arm stops instead: to 1.4 % of the radius.
 _TRIES = 12
-"""How often a joint blend is shrunk before the arm stops instead: to 1.4 % of the radius."""
 
+# How many parts of a joint blend, or of half a joint motion, are looked at for where it is.
 _LOOKS = 16
-"""How many parts of a joint blend, or of half a joint motion, are looked at for where it is."""
 
+# How often the end of what lies within the radius is halved: to a billionth of the part.
 _HALVINGS = 30
-"""How often the end of what lies within the radius is halved: to a billionth of the part."""
 
+# The share of a part over which its slope in joint space is measured.
 _NUDGE = 1e-3
-"""The share of a part over which its slope in joint space is measured."""
 
+# What rounding may add.
 _SLACK_MM = 1e-6
 _SLACK_RAD = 1e-9
-"""What rounding may add."""
 
 Passing = HandCurve[Blendable]
 Angles = tuple[float, ...]

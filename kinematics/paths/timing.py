@@ -179,8 +179,8 @@ def _hardest(length: float, cells: Sequence[Cell]) -> Cell:
 # Following with Bounded Acceleration and Velocity (RSS 2012), with the two terms of an acceleration
 # kept apart, so that the path is passable everywhere.
 
+# A squared speed may exceed the top speed of 1 by this much because of rounding.
 PASS_ROUNDING = 1e-12
-"""A squared speed may exceed the top speed of 1 by this much because of rounding."""
 
 
 def quickest(cells: Sequence[Cell], whole: float) -> Profile:
@@ -326,14 +326,14 @@ def _mean(
     )
 
 
+# A chord that takes less than this at full speed takes no time: its corners differ by rounding.
 INSTANT_S = 1e-9
-"""A chord that takes less than this at full speed takes no time: its corners differ by rounding."""
 
+# Pieces of constant speed are not cut shorter than this share of the longest piece.
 SHORTEST = 0.01
-"""Pieces of constant speed are not cut shorter than this share of the longest piece."""
 
+# By how much, as a share of itself, a longest piece may be exceeded.
 ROUNDING = 1e-9
-"""By how much, as a share of itself, a longest piece may be exceeded."""
 
 
 class Piece(NamedTuple):

@@ -123,8 +123,8 @@ def gearing_errors(
     return tuple(found)
 
 
+# An arm and its posture.
 Posed = tuple[FiveAxisArm, Joints]
-"""An arm and its posture."""
 
 
 def _tip_error(model: Posed, true: Posed, cause: str, change: float, unit: str) -> TipError:
@@ -155,8 +155,8 @@ def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]
 # half-step of the elbow's motor does anywhere: the forearm over its steps per rad, 177.8 mm / 661.8
 # = 0.269 mm = 0.0106 in, rounded to 0.011 in and turned back into 0.28 mm.
 
+# Parts into which each joint's range is cut for the lattice.
 _POSTURES_EACH_WAY = 4
-"""Parts into which each joint's range is cut for the lattice."""
 
 
 @dataclass(frozen=True, slots=True)

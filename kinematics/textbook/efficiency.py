@@ -214,8 +214,8 @@ def forward_ways(chain: Chain, joints: Sequence[float]) -> tuple[Way, ...]:
     )
 
 
+# theta, d, a and alpha of each link, on any numbers.
 Table = tuple[tuple[Any, Any, Any, Any], ...]
-"""theta, d, a and alpha of each link, on any numbers."""
 
 
 def _affine(table: Table, convention: Convention) -> Transform:

@@ -29,8 +29,8 @@ from kinematics.textbook.symbols import (
 )
 
 Term = tuple[Monomial, float]
+# Whether a minus stands before it, whether it turns with a joint, and what stands there.
 Piece = tuple[bool, bool, str]
-"""Whether a minus stands before it, whether it turns with a joint, and what stands there."""
 
 _JOINT = re.compile(r"theta([1-9])")
 _PLAIN_NAME = re.compile(r"\w+")
@@ -176,15 +176,15 @@ def _less(monomial: Monomial, atom: Atom) -> Monomial:
 
 # Symbols and matrices of them as plain text and as LaTeX: C1, S12, l2 C12.
 
+# The general transformation matrix of McKerrow, chapter 4, section 8.
 ENTRY_NAMES = (
     ("x_x", "y_x", "z_x", "p_x"),
     ("x_y", "y_y", "z_y", "p_y"),
     ("x_z", "y_z", "z_z", "p_z"),
 )
-"""The general transformation matrix of McKerrow, chapter 4, section 8."""
 
+# Columns that a matrix may take before its entries are listed instead.
 WIDEST = 96
-"""Columns that a matrix may take before its entries are listed instead."""
 
 GREEK = frozenset({"theta", "phi", "psi", "alpha", "beta", "gamma", "rho", "pi"})
 
@@ -210,6 +210,7 @@ def _latex_name(name: str) -> str:
     return f"{letters}_{{{digits}}}" if digits else letters
 
 
+# Plain characters: l2 C12, x^2, sqrt(x^2 + y^2).
 PLAIN = Notation(
     name=str,
     numbered="{}{}",
@@ -221,8 +222,8 @@ PLAIN = Notation(
     function="{}({})",
     functions=MappingProxyType({"quotient": "({}) / ({})", "abs": "|{}|", "sum": "{}"}),
 )
-"""Plain characters: l2 C12, x^2, sqrt(x^2 + y^2)."""
 
+# LaTeX's mathematics: l_{2} C_{12}, x^{2}.
 LATEX = Notation(
     name=_latex_name,
     numbered="{}_{{{}}}",
@@ -241,7 +242,6 @@ LATEX = Notation(
         }
     ),
 )
-"""LaTeX's mathematics: l_{2} C_{12}, x^{2}."""
 
 
 def notation(*, latex: bool) -> Notation:

@@ -21,8 +21,8 @@ from kinematics.textbook.study import FRAME_COORDINATES, Subject, study
 from kinematics.textbook.systems.named import NamedBranch, System, frame_coordinates
 from kinematics.textbook.worked_example import frame_of, number_text, violation_text
 
+# The message names a joint that turns further than this in one step.
 LEAP_RAD = math.pi / 4.0
-"""The message names a joint that turns further than this in one step."""
 
 
 @dataclass(frozen=True, slots=True)

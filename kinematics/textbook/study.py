@@ -41,14 +41,14 @@ from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, Sys
 # the first is always singular, and the second never where its tip is over the base. Lengths in mm,
 # angles in rad, rates per second of whatever the joint is measured in.
 
+# Rows that no geometric Jacobian has: those of the five-axis build's own angles.
 PITCH_ROW, ROLL_ROW = 6, 7
-"""Rows that no geometric Jacobian has: those of the five-axis build's own angles."""
 
+# What each row's number stands for.
 ROW_NAMES = ("x", "y", "z", "about x", "about y", "about z", "pitch", "roll")
-"""What each row's number stands for."""
 
+# An entry below this moves nothing, in mm or rad a unit of the joint.
 _STILL = 1e-9
-"""An entry below this moves nothing, in mm or rad a unit of the joint."""
 
 _ROWS: Mapping[str, int] = MappingProxyType(
     {
@@ -62,8 +62,8 @@ _ROWS: Mapping[str, int] = MappingProxyType(
         "roll_rad": ROLL_ROW,
     }
 )
+# The only angle of a planar arm is about z.
 _IN_THE_PLANE = 5
-"""The only angle of a planar arm is about z."""
 
 
 def own_rows(system: System) -> tuple[int, ...]:
@@ -88,14 +88,14 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
     return chain_jacobian(system.chain(), checked, own_rows(system))
 
 
+# Angles of the example posture: no two are alike, and none is a right angle.
 _EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)
-"""Angles of the example posture: no two are alike, and none is a right angle."""
 
+# The share of its range at which a joint stands whose range does not hold its example angle.
 _TRAVEL = 0.4
-"""The share of its range at which a joint stands whose range does not hold its example angle."""
 
+# Where a slide without limits stands.
 _FREE_TRAVEL_MM = 100.0
-"""Where a slide without limits stands."""
 
 
 def example_posture(chain: Chain) -> tuple[float, ...]:
@@ -194,14 +194,14 @@ def named_factors(
     return [(name, one) for name, one in ends if name.startswith("A") or one != IN_PLACE]
 
 
+# The goal of a chain that is no named system: a position, or a position and an orientation.
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
-"""The goal of a chain that is no named system: a position, or a position and an orientation."""
 
+# Postures whose study is remembered.
 KEPT = 64
-"""Postures whose study is remembered."""
 
+# A branch this near in every joint (rad or mm) is the posture itself.
 SAME = 1e-6
-"""A branch this near in every joint (rad or mm) is the posture itself."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,8 +29,8 @@ from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
 # What symbols are made of: atoms, products of their powers, and sums of those. An atom is a name,
 # or a function of symbols that stays whole.
 
+# A sum this small in proportion to its two terms is zero but for rounding.
 CANCELLED = 1e-12
-"""A sum this small in proportion to its two terms is zero but for rounding."""
 
 
 _DIGITS = re.compile(r"\d+")
@@ -73,11 +73,11 @@ class Atom:
         return FUNCTIONS[self.name](*(argument.value(values) for argument in self.arguments))
 
 
+# Atoms with their powers (not zero), in the order of their keys.
 Monomial = tuple[tuple[Atom, int], ...]
-"""Atoms with their powers (not zero), in the order of their keys."""
 
+# Products with their factors (not zero).
 Terms = dict[Monomial, float]
-"""Products with their factors (not zero)."""
 
 
 def collect(terms: Terms, monomial: Monomial, factor: float) -> None:
@@ -110,6 +110,7 @@ def _itself(total: Any) -> Any:
     return total
 
 
+# The functions that stay whole, by name, for numbers of any kind.
 FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
     {
         "cos": numbers.cos,
@@ -121,7 +122,6 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
         "sum": _itself,
     }
 )
-"""The functions that stay whole, by name, for numbers of any kind."""
 
 
 # The addition theorems at work in a sum of products: C1 C2 - S1 S2 is C12.
@@ -131,8 +131,8 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
 # made: C C and S S give the cosine of the sum or the difference, S C and C S the sine. With one
 # angle twice this is C^2 + S^2 = 1.
 
+# Relative difference below which two factors are the same.
 _SAME = 1e-12
-"""Relative difference below which two factors are the same."""
 
 Pair = tuple[Atom, Atom]
 

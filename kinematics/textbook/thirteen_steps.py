@@ -30,8 +30,8 @@ from kinematics.text import counted, plain
 from kinematics.textbook.systems.named import assignment_rules
 from kinematics.textbook.worked_example import frame_text, number_text
 
+# Axes that are nearer than this to parallel were probably meant to be: the step says so.
 NEARLY_PARALLEL_RAD = 1e-3
-"""Axes that are nearer than this to parallel were probably meant to be: the step says so."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,12 +105,12 @@ def frame_of(goal: Sequence[float]) -> Transform:
 
 # A worked example in words and numbers, in mm and degrees: the text of `armdrive explain`.
 
+# What the quantities of the elbow triangle are; the angles count in the arm's own plane.
 TRIANGLE = (
     "triangle: two links and D, the line from the first joint to the end of the second link; "
     "bend is the angle by which the second link leaves the first, direction the one of D, "
     "lift the one of D beyond the first link"
 )
-"""What the quantities of the elbow triangle are; the angles count in the arm's own plane."""
 
 DIGITS_MM, DIGITS_DEG, DIGITS_RATIO = 2, 2, 4
 

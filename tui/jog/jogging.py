@@ -27,24 +27,23 @@ from tui.app import HoldAlarm
 from tui.keys.presses import BURST
 from tui.settings import JogSettings
 
+# Why keys disarm after a stop, whichever program asked for it.
 STOPPED = "the arm was stopped"
-"""Why keys disarm after a stop, whichever program asked for it."""
 
 NOT_ARMED = "jog keys move nothing before they are armed"
 
+# Jog keys disarm after this time without one: the operator may have gone away.
 IDLE_DISARMS_S = 60.0
-"""Jog keys disarm after this time without one: the operator may have gone away."""
 
+# A hold ends this long after the last event of its mouse, also a small one.
+#
+# A hand on a mouse is hardly ever still for this long, and a link that has stalled reports no
+# release.
 MOUSE_HOLDS_S = 2.0
-"""A hold ends this long after the last event of its mouse, also a small one.
 
-A hand on a mouse is hardly ever still for this long, and a link that has stalled reports no
-release.
-"""
-
+# Interval at which the mouse renews its hold: less than half of `HOLD_LONGEST_S`, after which the
+# arm ends it by itself, so that one late renewal interrupts nothing.
 MOUSE_RENEWS_S = 0.1
-"""Interval at which the mouse renews its hold: less than half of `HOLD_LONGEST_S`, after which the
-arm ends it by itself, so that one late renewal interrupts nothing."""
 
 
 class DeskJogging:

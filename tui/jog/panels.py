@@ -25,14 +25,14 @@ from tui.safety import bound_text
 from tui.settings import JogSettings
 from tui.widgets import UNKNOWN, Span
 
+# A row whose value has changed is highlighted for this long.
 CHANGED_S = 0.4
-"""A row whose value has changed is highlighted for this long."""
 
+# A guard is marked as near from here on.
 NEAR_MM = 40.0
-"""A guard is marked as near from here on."""
 
+# Parts of the base's turn in which its farthest points are looked for: a bar shows no less.
 TURNS = 72
-"""Parts of the base's turn in which its farthest points are looked for: a bar shows no less."""
 
 Limits = tuple[float, float]
 
@@ -253,8 +253,8 @@ def grasped(found: Grasped) -> str:
     return f"grasped: {mm_text(found.width_mm)} wide, pressed with {found.force_n:.1f} N"
 
 
+# The load is measured over at least this long, so that it does not flicker.
 OVER_S = 1.0
-"""The load is measured over at least this long, so that it does not flicker."""
 
 
 class Load:

@@ -16,12 +16,13 @@ from kinematics.text import shown_name
 from tui.keys.layouts import LAYOUTS, QWERTY
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled
 
+# The line of keys offers no more rows than this; the help has all.
 KEYS_OFFERED = 12
-"""The line of keys offers no more rows than this; the help has all."""
 
+# Rows that the line of keys offers on every screen.
 KEYS_LAST = ("help", "palette", "quit")
-"""Rows that the line of keys offers on every screen."""
 
+# Rows that the line of keys shows with another one, under one name: `[ ] step`.
 PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "finer": ("coarser", "step"),
@@ -30,10 +31,9 @@ PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "go-slower": ("go-faster", "speed"),
     }
 )
-"""Rows that the line of keys shows with another one, under one name: `[ ] step`."""
 
+# So wide is the column of keys in the help.
 KEYS_WIDTH = 18
-"""So wide is the column of keys in the help."""
 
 _LABELS: Mapping[str, str] = MappingProxyType({"escape": "Esc"})
 
@@ -165,8 +165,8 @@ def _line(row: DeskKey) -> str:
     return f"{keys:<{KEYS_WIDTH - 1}} {row.tooltip}"
 
 
+# The table as it stands.
 DEFAULT_KEYS = Keyboard()
-"""The table as it stands."""
 
 
 def keyboard_of(layout: str) -> Keyboard:

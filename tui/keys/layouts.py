@@ -10,6 +10,8 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 QWERTY = "qwerty"
+# The letters where those of the table stand on other keyboards, upper and middle row; and rows
+# whose keys would need three fingers there.
 LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
     {
         QWERTY: ("qwertyu", "asdfghj", {}),
@@ -27,5 +29,3 @@ LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
         "colemak": ("qwfpgjl", "arstdhn", {}),
     }
 )
-"""The letters where those of the table stand on other keyboards, upper and middle row; and rows
-whose keys would need three fingers there."""

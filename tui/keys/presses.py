@@ -51,8 +51,8 @@ class UrgentKeys:
 # when the program goes on, or in pieces from a link that buffered it as well. So input is stale
 # from the moment of waking until there was a silence.
 
+# After this long without any key the next one is fresh. A key that is held repeats sooner.
 SILENCE_S = 0.3
-"""After this long without any key the next one is fresh. A key that is held repeats sooner."""
 
 
 class SuspensionDetector:
@@ -133,12 +133,12 @@ class BurstDetector:
 # press counts once a pause follows it: two presses confirm, a single one does what moves the arm
 # only a little.
 
+# The pause after the last press: a key that is held repeats sooner.
 QUIET_S = 0.3
-"""The pause after the last press: a key that is held repeats sooner."""
 
+# A first press that is older has been forgotten: pressing the key now asks for the first
+# time.
 ASKED_FOR_S = 10.0
-"""A first press that is older has been forgotten: pressing the key now asks for the first
-time."""
 
 STILL_HELD = "a key that is held is pressed once: let go, and press it again after a moment"
 

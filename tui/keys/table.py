@@ -64,9 +64,10 @@ class DeskKey:
 
 # Every screen of the desk, and its dialogs.
 
+# The row of the keys that stop the arm.
 STOP = "stop"
-"""The row of the keys that stop the arm."""
 
+# The actions of every screen.
 DESK_KEYS = (
     DeskKey(STOP, ("space", "escape", "ctrl+c"), "stop_arm", "STOP",
             "Stop the arm, disarm the keys and close any dialog. Works everywhere; space acts "
@@ -99,8 +100,9 @@ DESK_KEYS = (
     DeskKey("estop", ("X",), "control.estop", "e-stop",
             "Stop, and latch error-stop: nothing moves until a reset.", also="estop emergency"),
 )  # fmt: skip
-"""The actions of every screen."""
 
+# Enter answers no question: a person who armed with it may still be pressing it. Where a text is
+# typed, its letters come first.
 DIALOG_KEYS = (
     DeskKey("close", ("enter", "question_mark", "f1", "n"), "close", "close",
             "Close the dialog.", "dialog"),
@@ -110,12 +112,11 @@ DIALOG_KEYS = (
     DeskKey("yes", ("y",), "answer(True)", "yes", "Yes: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no", "No: do nothing.", "question"),
 )  # fmt: skip
-"""Enter answers no question: a person who armed with it may still be pressing it. Where a text is
-typed, its letters come first."""
 
+# The row, and the action, that pauses the arm and resumes it.
 PAUSE = "pause"
-"""The row, and the action, that pauses the arm and resumes it."""
 
+# The rows of several screens. A field of a goal that is empty means no change.
 SHARED_KEYS = (
     DeskKey(PAUSE, ("p",), PAUSE, "pause",
             "Pause a motion or a program after its current burst, or resume it. A held key "
@@ -129,11 +130,11 @@ SHARED_KEYS = (
     DeskKey("erase", ("backspace",), "typing.erase", "",
             "Delete the last character.", "move setup dialog"),
 )  # fmt: skip
-"""The rows of several screens. A field of a goal that is empty means no change."""
 
 
 # The screens that plan motion: move and points.
 
+# Digits, the point and the minus are typed into the field, and are no rows of the table.
 MOVE_KEYS = (
     DeskKey("move-go", ("enter",), "planned.press", "go (twice)",
             "Press twice: the arm moves as shown. A held key does not count.",
@@ -164,8 +165,8 @@ MOVE_KEYS = (
     DeskKey("move-coarser", ("right_square_bracket",), "form.change_step(1)", "coarser",
             "Make the step of the arrow keys larger.", "move"),
 )  # fmt: skip
-"""Digits, the point and the minus are typed into the field, and are no rows of the table."""
 
+# Names are typed once they are asked for; their letters are no rows of the table.
 POINT_KEYS = (
     DeskKey("points-go", ("enter",), "press_go", "go (twice)",
             "Press twice: the arm goes to the point as shown. A held key does not count.",
@@ -196,8 +197,8 @@ POINT_KEYS = (
     DeskKey("points-erase", ("backspace",), "points.erase", "",
             "Take back what was appended last; while you type a name, its last letter.", "points"),
 )  # fmt: skip
-"""Names are typed once they are asked for; their letters are no rows of the table."""
 
+# A stop ends a program at once; leaving the screen ends it after the motion under way.
 PROGRAM_KEYS = (
     DeskKey("program-go", ("enter",), "start.press", "go (twice)",
             "Press twice: run the program as rehearsed; it is rehearsed first if necessary. A "
@@ -215,11 +216,11 @@ PROGRAM_KEYS = (
     DeskKey("program-up", ("pageup",), "turn_page(-1)", "",
             "Scroll the program up, while it does not run.", "program"),
 )  # fmt: skip
-"""A stop ends a program at once; leaving the screen ends it after the motion under way."""
 
 
 # The log. None of these keys moves the arm.
 
+# The head of the screen names the keys of the topics, so that they come last in the footer.
 LOG_KEYS = (
     DeskKey("log-open", ("enter",), "open_line", "open",
             "Show the whole line; for an error, its cause and remedy too.", "log"),
@@ -247,11 +248,11 @@ LOG_KEYS = (
         for number, topic in enumerate(Topic, 1)
     ),
 )  # fmt: skip
-"""The head of the screen names the keys of the topics, so that they come last in the footer."""
 
 
 # The set-up screen. Only `t` moves anything.
 
+# While text is typed, printable keys are typed and do nothing else; space is never typed.
 SETUP_KEYS = (
     DeskKey("setup-enter", ("enter",), "stage.enter", "go on",
             "Do what is marked. Opening a port or writing a file needs a second press.", "setup"),
@@ -278,11 +279,11 @@ SETUP_KEYS = (
     DeskKey("setup-half", ("h",), "stage.saw('HALF')", "half",
             "It moved about half as far.", "setup"),
 )  # fmt: skip
-"""While text is typed, printable keys are typed and do nothing else; space is never typed."""
 
 
 # A model that no arm stands behind.
 
+# Only where no arm is connected: a model may leap.
 MODEL_KEYS = (
     DeskKey("model-more", ("pagedown", "N"), "app.scroll(1)", "more",
             "Scroll down in what is computed of the posture.", "model"),
@@ -292,12 +293,12 @@ MODEL_KEYS = (
     DeskKey("model-zero", ("Z",), "adjustments.zero", "zero",
             "Set every joint of the model to zero, or to its limit nearest to zero.", "model"),
 )  # fmt: skip
-"""Only where no arm is connected: a model may leap."""
 
 
 # The view: these move the camera, never the arm. None of them is an arrow with shift: a terminal
 # that cannot tell those from plain arrows would jog.
 
+# The actions of every screen that draws an arm.
 VIEW_KEYS = (
     DeskKey("view-next", ("v",), "view('next')", "view",
             "Look at the arm from the next side: iso, side, top, front."),
@@ -313,11 +314,11 @@ VIEW_KEYS = (
     DeskKey("view-fit", ("o",), "view('fit')", "", "Show the arm's whole reach."),
     DeskKey("view-clear", ("c",), "view('clear')", "", "Clear the drawn path of the tip."),
 )  # fmt: skip
-"""The actions of every screen that draws an arm."""
 
 
 # Watching an arm that another program drives.
 
+# Besides the stop, all that a watcher may do to the arm.
 WATCH_KEYS = (
     DeskKey("watch-pause", ("p",), "ask('pause')", "pause",
             "Pause the arm after its current burst.", "watch"),
@@ -328,7 +329,6 @@ WATCH_KEYS = (
     DeskKey("watch-faster", ("plus", "equals_sign"), "change_speed(1)", "faster",
             "Speed the arm up, at most to the speed that its program asks for.", "watch"),
 )  # fmt: skip
-"""Besides the stop, all that a watcher may do to the arm."""
 
 
 # The screens of the desk: function keys, palette and help are made from this table. Which class
@@ -345,6 +345,7 @@ class KeyEntry:
     summary: str
 
 
+# The first one is shown first.
 SCREENS = (
     KeyEntry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line."),
     KeyEntry("move", "f3", "move", "Type a goal, see what the motion would be, then move."),
@@ -353,7 +354,6 @@ SCREENS = (
     KeyEntry("log", "f7", "log", "What passes between the arm and this program, in words."),
     KeyEntry("program", "f8", "program", "Choose a program, rehearse it, run it, step through it."),
 )
-"""The first one is shown first."""
 
 
 def summary_of(screen: str) -> str:
@@ -367,6 +367,7 @@ def titled(screen: str) -> str:
     return next((entry.title for entry in SCREENS if entry.id == screen), screen)
 
 
+# The actions of the jog screen; the jog keys follow below.
 JOG_KEYS = (
     DeskKey("arm", ("enter",), "arm_keys", "arm",
             "Arm the jog keys. They disarm after 60 s without a key.", "jog", needs=Needs.MOTORS),
@@ -402,7 +403,6 @@ JOG_KEYS = (
             "In Cartesian mode: choose the frame of x, y and z, which is the base's, the "
             "tool's, or one of the arm file.", "jog"),
 )  # fmt: skip
-"""The actions of the jog screen; the jog keys follow below."""
 
 SCREEN_KEYS = tuple(
     DeskKey(
@@ -438,16 +438,16 @@ class JogPair:
         return self.cartesian if cartesian else self.joint
 
 
+# The keys of the screen's rows, from the base to the gripper.
 LETTERS = (("q", "a"), ("w", "s"), ("e", "d"), ("r", "f"), ("t", "g"), ("y", "h"), ("u", "j"))
-"""The keys of the screen's rows, from the base to the gripper."""
 
+# The arrows repeat two rows: the first two joints, and the axes that they look like.
 ARROWS = (("left", "right", "base", "y"), ("up", "down", "shoulder", "z"))
-"""The arrows repeat two rows: the first two joints, and the axes that they look like."""
 
 TASK_AXES = ("x", "y", "z", "pitch", "roll")
 GRIPPER = "gripper"
+# Axes that are jogged by mm; all others turn, by degrees.
 MM_AXES = ("x", "y", "z", GRIPPER)
-"""Axes that are jogged by mm; all others turn, by degrees."""
 
 
 def jog_pairs(joints: Sequence[str], *, has_yaw: bool = False) -> tuple[JogPair, ...]:
@@ -470,8 +470,8 @@ def pairs_of(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:
     return (*letters, *(pair for pair in arrows if pair.joint or pair.cartesian))
 
 
+# The pairs of an arm of the Mini-mover's build.
 JOG_PAIRS = jog_pairs(JOINT_NAMES)
-"""The pairs of an arm of the Mini-mover's build."""
 
 _WAYS = ("plus", "minus")
 
@@ -501,6 +501,7 @@ AXIS_KEYS = tuple(
     for way, key in zip(_WAYS, keys, strict=True)
 )
 
+# Every key of the desk. Layouts and the line of keys go by the ids.
 TABLE = (
     *DESK_KEYS,
     *SCREEN_KEYS,
@@ -517,7 +518,6 @@ TABLE = (
     *DIALOG_KEYS,
     *AXIS_KEYS,
 )
-"""Every key of the desk. Layouts and the line of keys go by the ids."""
 
 
 def spoken(text: str, axes: Sequence[str]) -> str:

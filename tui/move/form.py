@@ -21,17 +21,17 @@ from kinematics.text import shown_name, tenths
 from tui.settings import MoveSettings, neighbour
 from tui.widgets import TypedText
 
+# By how much the arrows change a field, in degrees or mm.
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
-"""By how much the arrows change a field, in degrees or mm."""
 
+# The characters of a field, never a space.
 DIGITS = frozenset("0123456789.-")
-"""The characters of a field, never a space."""
 
+# Characters in a field: -1234.567 is more than any arm needs.
 LONGEST = 9
-"""Characters in a field: -1234.567 is more than any arm needs."""
 
+# Returns where the arm is, field by field of the present mode and frame.
 Present = Callable[[], Mapping[str, float]]
-"""Returns where the arm is, field by field of the present mode and frame."""
 
 
 class GoalForm:
@@ -206,8 +206,8 @@ def pose_of(values: Mapping[str, float]) -> Pose:
     return Pose.of(**{POSE_FIELDS[name]: value for name, value in values.items()})
 
 
+# The titles of the columns, and their widths in characters.
 COLUMNS = (("", 13), ("goal", 11), ("", 3), ("now", 9))
-"""The titles of the columns, and their widths in characters."""
 
 Cells = tuple[str, str, str, str]
 

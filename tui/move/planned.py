@@ -35,18 +35,18 @@ from tui.keys.table import PAUSE, STOP
 from tui.move.form import GoalForm
 from tui.safety import bound_text
 
+# The effect of the second press of a key.
 MOVES = "MOVES THE ARM"
-"""The effect of the second press of a key."""
 
+# What the key of a refused motion says, whose panel has the reason.
 REFUSED = "nothing moves: the motion is refused, for the reason shown"
-"""What the key of a refused motion says, whose panel has the reason."""
 
 NOTHING_ASKED = "type into a field, or step it with the arrows"
+# Characters of the bar that shows progress.
 BAR = 24
-"""Characters of the bar that shows progress."""
 
+# Shorter wordings for narrow terminals.
 _BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
-"""Shorter wordings for narrow terminals."""
 
 
 def way_text(form: GoalForm, keys: Keyboard) -> str:
@@ -186,11 +186,11 @@ class MoveProgress:
         return self.index / max(len(ahead) - 1, 1)
 
 
+# Returns what is asked for now; None where nothing is.
 Goal = Callable[[], Motion | None]
-"""Returns what is asked for now; None where nothing is."""
 
+# The inputs of a preview, which is valid as long as none of them has changed.
 Seen = tuple[Motion | None, Any, State, str]
-"""The inputs of a preview, which is valid as long as none of them has changed."""
 
 
 class PlannedMove:

@@ -25,8 +25,8 @@ from tui.settings import MoveSettings
 from tui.widgets import ChoiceList, Span, TypedText, panels
 
 NAME_WIDTH = 16
+# Lines of the taught program that are shown, the last ones.
 LINES_SHOWN = 5
-"""Lines of the taught program that are shown, the last ones."""
 
 
 def list_rows(points: Mapping[str, Point], arm: ArmGeometry) -> list[str]:
@@ -82,8 +82,8 @@ def naming_text(naming: AskedText, keys: Keyboard) -> str:
     return f"{naming.prompt}: {naming.line.text}_{naming.hint}\n{enter} takes it, {stop} drops it"
 
 
+# Rows that do something although nothing has been saved yet.
 OF_NONE = ("points-teach", PAUSE)
-"""Rows that do something although nothing has been saved yet."""
 
 
 class PointsScreen(DeskScreen):

@@ -21,8 +21,8 @@ from tui.desk import Desk
 from tui.settings import MoveSettings
 from tui.widgets import TypedText
 
+# The characters of a name or a number, never a space.
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.")
-"""The characters of a name or a number, never a space."""
 
 
 class AskedText:
@@ -192,8 +192,8 @@ def _in_one_line(lines: str) -> str:
     return " / ".join(lines.strip().splitlines())
 
 
+# Typed for an opening: as far as the fingers are open now.
 HERE = "here"
-"""Typed for an opening: as far as the fingers are open now."""
 
 
 class PointEdits:

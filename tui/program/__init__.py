@@ -108,11 +108,11 @@ def ended_lines(outcome: str, file: str, *, failed: bool) -> Iterator[Span]:
         yield f"`{resume}`, on the same arm, continues from there", ""
 
 
+# Lines by which a page key scrolls the program.
 PAGE = 8
-"""Lines by which a page key scrolls the program."""
 
+# Printed lines that are shown, the newest last.
 PRINTS_SHOWN = 4
-"""Printed lines that are shown, the newest last."""
 
 
 class ProgramStart:

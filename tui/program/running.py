@@ -204,11 +204,11 @@ def _seen(program: Program, status: Status) -> object:
     return program.digest, status.acknowledged, status.trust
 
 
+# Lines that a program has printed and that are kept for the screen.
 PRINTS_KEPT = 50
-"""Lines that a program has printed and that are kept for the screen."""
 
+# The screen that pauses a program while it waits for a person.
 PLACE = "program"
-"""The screen that pauses a program while it waits for a person."""
 
 
 class DeskRun:

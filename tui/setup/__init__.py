@@ -24,13 +24,13 @@ from tui.widgets import ChoiceList, PlainText, TypedText
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 
+# In the order in which a new arm is set up.
 STEPS = (
     ("find", "find the arm", "its port or CAN interface; none is opened before you ask"),
     ("describe", "describe it", "questions that make its file; nothing is sent"),
     ("reference", "reference it", "tell armdrive where it stands, with the posture drawn"),
     ("motors", "check its motors", "each turns a little, by a key; you say what you saw"),
 )
-"""In the order in which a new arm is set up."""
 
 
 class Steps(SetupStage):

@@ -29,14 +29,14 @@ RISK = OPENING_RISK.format(port="it")
 
 FOR_MOTORS = "that is for checking motors: choose that step first"
 
+# The rows that say what was seen of a motor.
 ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
            "setup-half")  # fmt: skip
-"""The rows that say what was seen of a motor."""
 
 SKIP = "setup-on"
 
+# Shows another stage.
 Go = Callable[["SetupStage"], None]
-"""Shows another stage."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -265,6 +265,7 @@ def _offset(action: argparse.ArgumentParser) -> None:
     action.set_defaults(x=0.0, y=0.0, z=0.0, turn=0.0)
 
 
+# Every action of `points`.
 POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "list": Action("list the points, and the file they are in",
                    "drive.points:list_points", naming()),
@@ -285,7 +286,6 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "offset": Action("copy a point to another place",
                      "drive.point_copies:derive", naming("name", "new", more=_offset)),
 })  # fmt: skip
-"""Every action of `points`."""
 
 
 def _points(parser: argparse.ArgumentParser) -> None:

@@ -22,11 +22,11 @@ from armdrive.status import State, status_view
 from kinematics.spaces import Joints, Pose
 
 PARK = "park"
+# Shown for a real arm: the next program cannot know whether the arm was moved by hand.
 NEXT = (
     "Each later command first asks whether the arm still stands as it was left; in a script, add "
     "--allow-restored."
 )
-"""Shown for a real arm: the next program cannot know whether the arm was moved by hand."""
 RESETS = (
     "If the board restarts when its port is opened, the position does not outlast this command: "
     "write raise_dtr = true and keep_dtr_on_close = true under [connection] of the arm file."

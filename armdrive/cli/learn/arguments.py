@@ -48,8 +48,8 @@ def _errors(parser: argparse.ArgumentParser) -> None:
 
 
 EFFICIENCY, ACCURACY = "efficiency", "accuracy"
+# Words in the place of a system: studies of several.
 STUDIES = (EFFICIENCY, ACCURACY)
-"""Words in the place of a system: studies of several."""
 
 
 def _explain(parser: argparse.ArgumentParser) -> None:

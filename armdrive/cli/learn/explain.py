@@ -16,6 +16,7 @@ from kinematics.presets import PRESETS
 from kinematics.textbook.systems import SYSTEMS
 
 EXAMPLE, LIST = "", "--list"
+# Every page, and what may be typed for it.
 PAGES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         EXAMPLE: ("system", "joints", "goal"),
@@ -28,7 +29,6 @@ PAGES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ACCURACY: ("system", "joints"),
     }
 )
-"""Every page, and what may be typed for it."""
 
 TYPED: Mapping[str, str] = MappingProxyType(
     {"joints": "a joint's value", "goal": "--goal", "convention": "--convention"}

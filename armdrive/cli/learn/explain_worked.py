@@ -96,8 +96,8 @@ def _urdf(word: str) -> Result:
     return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
 
 
+# A goal this near to one that is reached means that one: pages print two decimals of a mm.
 TYPED_MM = 0.01
-"""A goal this near to one that is reached means that one: pages print two decimals of a mm."""
 
 
 def _example(
@@ -389,8 +389,8 @@ def _efficiency_view(counted: Efficiency) -> dict[str, Any]:
 
 DEFAULT_ARM = "minimover5"
 DEFAULT_DEG = (0.0, 40.0, -60.0, -70.0, 0.0)
+# The resolution that the Mini-mover's papers state.
 STATED_MM = 0.28
-"""The resolution that the Mini-mover's papers state."""
 
 GROUPS = ("a motor step", "1 mm of a length", "0.1 degrees of a zero", "1 % of a gearing")
 

@@ -184,14 +184,14 @@ def fk(options: argparse.Namespace) -> Result:
     return Result(view, lines)
 
 
+# Joints of an arm that can place its tip and keep its hand in the plane of base axis and tip.
 LEAST_TO_HOLD_A_PLANE = 5
-"""Joints of an arm that can place its tip and keep its hand in the plane of base axis and tip."""
 
+# Joints of an arm that can turn its hand about the vertical without moving the tip.
 JOINTS_TO_CHOOSE_YAW = 6
-"""Joints of an arm that can turn its hand about the vertical without moving the tip."""
 
+# A closed form's solution this near to the goal meets it.
 SAME_MM, SAME_RAD = 1e-6, 1e-7
-"""A closed form's solution this near to the goal meets it."""
 
 
 def ik(options: argparse.Namespace) -> Iterator[Result]:

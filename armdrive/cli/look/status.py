@@ -87,6 +87,7 @@ def watch_on_screen(name: str, config: ArmConfig, *, ascii_only: bool = False) -
 
 View = Mapping[str, Any]
 
+# The colours of the words for a state and for how far a position is trusted.
 INKS: Mapping[str, Ink] = MappingProxyType(
     {
         State.STANDBY.value: Ink.GOOD,
@@ -102,10 +103,9 @@ INKS: Mapping[str, Ink] = MappingProxyType(
         Trust.SUSPECT.value: Ink.BAD,
     }
 )
-"""The colours of the words for a state and for how far a position is trusted."""
 
+# The colours of the messages of a status.
 MESSAGE_INKS: Mapping[str, Ink] = MappingProxyType({"notice": Ink.CAUTION, "error": Ink.BAD})
-"""The colours of the messages of a status."""
 
 
 def inked(word: str, width: int = 0) -> Inked:
@@ -125,8 +125,8 @@ def status_lines(view: View, options: argparse.Namespace, step: str) -> Iterator
     yield str(StatusRow("next", next_words))
 
 
+# The codes of notices that say why nothing moves.
 _BLOCKED = (SettingsDiffer.code, named("LOCKED").code, named("ALARM_VOUCHED").code)
-"""The codes of notices that say why nothing moves."""
 
 
 def _remedy(code: str, state: State) -> str:

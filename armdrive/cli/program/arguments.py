@@ -77,6 +77,7 @@ def _into_arm(action: argparse.ArgumentParser) -> None:
     add_allow_restored(action)
 
 
+# Every action of `pendant`.
 PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "show": Action("print the program in the arm, row by row",
                    "program.pendant:show", naming(more=add_allow_restored)),
@@ -90,7 +91,6 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "make": Action("make a file from a program of joint motions",
                    "program.pendant:make_rows", naming("program", "file", more=_into_file)),
 })  # fmt: skip
-"""Every action of `pendant`."""
 
 
 def _pendant(parser: argparse.ArgumentParser) -> None:
@@ -115,8 +115,8 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
 # --- run
 
 
+# How the name of a Python script ends.
 SCRIPT = ".py"
-"""How the name of a Python script ends."""
 
 
 def _run(parser: argparse.ArgumentParser) -> None:
@@ -208,11 +208,11 @@ def _block(words: str) -> TableBlock:
     return block_of(words.split(","))
 
 
+# The kinds of values of `run` and `shell`.
 VALUES: Mapping[str, Value] = MappingProxyType({
     "PROGRAM": Path, "N=on|off": _input, "--assume-width MM": positive, "N": loops,
     "NAME,X,Y[,WIDTH[,HEIGHT]]": _block,
 })  # fmt: skip
-"""The kinds of values of `run` and `shell`."""
 
 
 # --- teach

@@ -94,8 +94,8 @@ def _blocks(twin: SimulatedArm) -> list[Box]:
 
 # The simulated arm takes three blocks, measures each with its fingers, and stacks them.
 
+# Its blocks are measured by a grip switch, which the other simulated arms do not have.
 DIALECT = DEFAULT
-"""Its blocks are measured by a grip switch, which the other simulated arms do not have."""
 
 
 def run(options: argparse.Namespace) -> Result:

@@ -41,6 +41,7 @@ from armdrive.storage.files import require_free
 from kinematics.errors import KinematicsError
 from kinematics.text import counted
 
+# The calls before which --step waits, and which are worth a line.
 MOVING = frozenset(
     {
         "run", "start", "move_j", "move_to", "move_l", "move_c", "move_path", "move_motors",
@@ -48,10 +49,9 @@ MOVING = frozenset(
         "gripper.open", "gripper.close", "gripper.grasp", "reference.verify",
     }
 )  # fmt: skip
-"""The calls before which --step waits, and which are worth a line."""
 
+# The call that waits for inputs, and says so.
 WAITING = "io.wait"
-"""The call that waits for inputs, and says so."""
 
 NO_RESUME = (
     "a Python script cannot be resumed: its variables are gone. Start it again, or write it as a "

@@ -130,8 +130,8 @@ class RunOutput:
 
 
 REDRAW_S = 0.2  # a pause is seen at once, and a terminal over a slow line is not flooded
+# Acts and calls that may ask the person something, in small letters.
 ASKING = ("home",)
-"""Acts and calls that may ask the person something, in small letters."""
 
 
 class Display:

@@ -82,11 +82,10 @@ def standard_input() -> PromptLines:
         return PromptLines(None)
 
 
+# Waits a moment, and returns whether Enter was pressed meanwhile.
+#
+# Raises `EOFError` where it cannot be pressed any more.
 Pressed = Callable[[], bool]
-"""Waits a moment, and returns whether Enter was pressed meanwhile.
-
-Raises `EOFError` where it cannot be pressed any more.
-"""
 
 
 def unpressed() -> bool:

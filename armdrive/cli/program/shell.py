@@ -49,11 +49,11 @@ else:
 
 HISTORY = "shell_history"
 LARGEST_BYTES = 1_000_000  # of the history: its last lines, where it has grown longer
+# Lines that the history keeps.
 MOST_LINES = 1000
-"""Lines that the history keeps."""
 
+# What stands between two words.
 BREAKS = ' \t\n(),=+-*/<>%"'
-"""What stands between two words."""
 
 
 @contextlib.contextmanager

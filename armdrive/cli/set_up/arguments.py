@@ -24,8 +24,8 @@ from armdrive.setup.templates import available
 
 
 SHELLS = ("bash", "zsh", "fish")
+# The names for which a completion script asks.
 COMPLETED = ("arms", "points")
-"""The names for which a completion script asks."""
 
 
 def _completion(parser: argparse.ArgumentParser) -> None:
@@ -99,6 +99,7 @@ _config_limits = _of_arm_file(
 )
 
 
+# Every action of `config`.
 CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "new": Action("ask questions and write an arm file", "set_up.config_new:new", _config_new),
@@ -126,7 +127,6 @@ CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
         ),
     }
 )
-"""Every action of `config`."""
 
 
 def _config(parser: argparse.ArgumentParser) -> None:
@@ -200,12 +200,12 @@ def _node(word: str) -> int:
     return found
 
 
+# How to name the adapter of a CAN bus: printed wherever one is missing.
 ADAPTERS = """\
   can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
   can:socketcan:can0                        candleLight firmware, on Linux once the interface is up
   can:gs_usb:0?bitrate=500000               the same on Windows and macOS
 `armdrive ports` lists the adapters that are there, each with its line."""
-"""How to name the adapter of a CAN bus: printed wherever one is missing."""
 
 
 def _can_setup(parser: argparse.ArgumentParser) -> None:
@@ -238,6 +238,7 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
+# Every action of `can`.
 CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {
         "setup": Action(
@@ -252,7 +253,6 @@ CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
         ),
     }
 )
-"""Every action of `can`."""
 
 
 def _can(parser: argparse.ArgumentParser) -> None:

@@ -129,8 +129,8 @@ def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
 
 # The frames of an adapter that another program of the same user has open, sent by that program.
 
+# How often the other program sends its frames.
 EVERY_S = 0.05
-"""How often the other program sends its frames."""
 
 
 def held_frames(

@@ -75,6 +75,7 @@ def _hint(parser: argparse.ArgumentParser, command: str) -> None:
             argument.complete = values  # type: ignore[attr-defined]
 
 
+# Values of arguments that are the same from day to day.
 _FIXED: Mapping[str, Iterable[str]] = MappingProxyType(
     {
         "code": [row.code for row in ENTRIES],
@@ -82,7 +83,6 @@ _FIXED: Mapping[str, Iterable[str]] = MappingProxyType(
         "system": MODEL_NAMES,
     }
 )
-"""Values of arguments that are the same from day to day."""
 
 
 def _values(argument: argparse.Action, command: str) -> Any:
@@ -118,13 +118,13 @@ def _quietly(names: Callable[[], Iterable[str]]) -> Callable[[], Iterable[str]]:
     return listed
 
 
+# What a script may ask for.
 NAMES: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
     {
         "arms": _quietly(_arms),
         "points": _quietly(_points),
     }
 )
-"""What a script may ask for."""
 
 
 def _ask(names: str) -> Any:
@@ -141,6 +141,7 @@ def _ask(names: str) -> Any:
     return asked
 
 
+# What completes the values of an argument, by its command (any, where none is named).
 _ASKED: Mapping[tuple[str, str], Any] = MappingProxyType(
     {
         ("", "arm"): _ask("arms"),
@@ -149,4 +150,3 @@ _ASKED: Mapping[tuple[str, str], Any] = MappingProxyType(
         ("points", "name"): _ask("points"),
     }
 )
-"""What completes the values of an argument, by its command (any, where none is named)."""

@@ -24,8 +24,8 @@ from kinematics.errors import did_you_mean
 
 GIVEN = ("name", "template", "port")
 KEYS = {"port": "connection.port"}
+# How answers without a default are typed in the command itself.
 TYPED = {"name": ", or write `armdrive config new NAME`", "template": ", or add --template NAME"}
-"""How answers without a default are typed in the command itself."""
 
 
 def new(options: argparse.Namespace) -> Result:

@@ -13,8 +13,8 @@ from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.armdroid import MOTORS, RPM_MAX
 
+# Step intervals in whole milliseconds; for each there is a speed in rpm that gives exactly it.
 INTERVALS_MS = (50, 40, 30, 25, 20, 16, 14, 12, 10, 9, 8, 7, 6, 5)
-"""Step intervals in whole milliseconds; for each there is a speed in rpm that gives exactly it."""
 SKETCH_SPEEDS = tuple((RPM_MAX // ms, 1000.0 / ms) for ms in INTERVALS_MS)
 
 

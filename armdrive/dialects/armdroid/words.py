@@ -39,8 +39,8 @@ from firmware_protocol.armdroid.messages import (
     encode_command,
 )
 
+# In the sketch's order.
 MOTORS = ("gripper", "left wrist", "right wrist", "elbow", "shoulder", "base")
-"""In the sketch's order."""
 
 SENTENCES: Sentences = MappingProxyType(
     {

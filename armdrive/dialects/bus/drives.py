@@ -24,6 +24,7 @@ from armdrive.tasks import (
 from armdrive.transports.address import is_can
 from kinematics.text import counted
 
+# The requests that drives on a bus carry out.
 BUS_REQUESTS = (
     MoveBy,
     MoveAlong,
@@ -35,22 +36,21 @@ BUS_REQUESTS = (
     DropCurrent,
     ClearFault,
 )
-"""The requests that drives on a bus carry out."""
+# What to check if no drive on the bus answers.
 ALL_SILENT = (
     "Check that the drives have power, that the bus cable is plugged in and has a resistor of 120 "
     "ohm at each of its two ends, and that ids and bit rate match the arm file"
 )
-"""What to check if no drive on the bus answers."""
+# What to check if drives did not answer for a while, and answer again.
 BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
-"""What to check if drives did not answer for a while, and answer again."""
 NONE_HEARD = f"no drive answered for a while. {BUS_REMEDY}"
 SLOW_BUS = (
     f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s. {BUS_REMEDY}"
 )
 
+# After this many outages without one prompt reading between them, all replies of this bus are
+# late. After any other outage the next question is answered promptly.
 LATE_OUTAGES = 5
-"""After this many outages without one prompt reading between them, all replies of this bus are
-late. After any other outage the next question is answered promptly."""
 
 
 def not_heard_words(who: str) -> str:
@@ -66,17 +66,17 @@ def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
     )
 
 
+# Timeout of an answer: a drive needs some milliseconds, a busy computer more.
 ANSWER_S = 0.12
-"""Timeout of an answer: a drive needs some milliseconds, a busy computer more."""
 
+# A second drive with the same id answers within this time of the first.
 LINGER_S = 0.03
-"""A second drive with the same id answers within this time of the first."""
 
+# An answer that is later than this will never come, even on a busy computer.
 LAST_REPLY_S = 0.2
-"""An answer that is later than this will never come, even on a busy computer."""
 
+# This many more replies than questions come from two drives. One more may be a repeated frame.
 SURPLUS_LIMIT = 2
-"""This many more replies than questions come from two drives. One more may be a repeated frame."""
 
 
 def absent_words(drives: Sequence[object], number: str) -> str:
@@ -114,8 +114,8 @@ def midway(reply: Timeout | RequestRejected) -> Timeout | RequestRejected:
     return replace(reply, moved=True, silent=True) if isinstance(reply, RequestRejected) else reply
 
 
+# A drive's watchdog must outlast this many messages that feed it: one may be lost.
 FEEDS_OUTLASTED = 2
-"""A drive's watchdog must outlast this many messages that feed it: one may be lost."""
 
 
 def check_ids(section: str, ids: Sequence[int], number: str) -> None:

@@ -26,21 +26,21 @@ from enum import Enum
 
 from armdrive.dialects.bus.paths import Courses, Interval
 
+# A drive may still follow orders up to this old. Unless the computer is overloaded, orders and
+# polls are at most this late.
 MAX_DELAY_S = 0.1
-"""A drive may still follow orders up to this old. Unless the computer is overloaded, orders and
-polls are at most this late."""
+# A drive that is behind makes progress if it turns at least this share of what it was ordered.
 PROGRESS_SHARE = 0.5
-"""A drive that is behind makes progress if it turns at least this share of what it was ordered."""
+# A drive that has not turned for this long, though it confirmed an order to turn, is blocked. At
+# the end of a motion it gets about as long: three times three looks, 0.02 s apart.
 STANDING_S = 0.15
-"""A drive that has not turned for this long, though it confirmed an order to turn, is blocked. At
-the end of a motion it gets about as long: three times three looks, 0.02 s apart."""
+# How much faster than ordered a sound drive may turn, for its reach. Real MKS drives ordered to
+# 2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide).
 SPEED_ERROR = 1.05
-"""How much faster than ordered a sound drive may turn, for its reach. Real MKS drives ordered to
-2400 to 3000 rpm turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide)."""
+# The second of two readings is asked for at least this long after the first one arrived.
 LOOK_S = 0.05
-"""The second of two readings is asked for at least this long after the first one arrived."""
+# A finding must hold at this many looks in a row before a drive is blamed.
 CONFIRMING_LOOKS = 2
-"""A finding must hold at this many looks in a row before a drive is blamed."""
 
 
 class DriveFinding(Enum):

@@ -30,8 +30,8 @@ from armdrive.dialects.bus.paths import Courses
 from armdrive.dialects.bus.questions import Questions
 from kinematics.spaces import Motors
 
+# A reply takes at most this long, unless the computer is busy.
 PROMPT_REPLY_S = 0.03
-"""A reply takes at most this long, unless the computer is busy."""
 
 
 class ObservedDrive:

@@ -137,12 +137,12 @@ class SegmentFeed:
             self.underruns, dry = self.underruns + dry, False
 
 
+# Step width of the course.
 STEP_S = 0.005
-"""Step width of the course."""
+# How much of a course is kept: no reading is older.
 PAST_S = 1.0
-"""How much of a course is kept: no reading is older."""
+# How far a course is moved towards a reading, as a share of their distance: half in two looks.
 CORRECTION_GAIN = 0.3
-"""How far a course is moved towards a reading, as a share of their distance: half in two looks."""
 
 
 class Order(NamedTuple):

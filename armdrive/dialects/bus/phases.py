@@ -69,6 +69,7 @@ class Act(Enum):
     HOLD = "have each drive hold where it stands, and find out what is still unknown"
 
 
+# The next phase and the action for each signal, phase by phase.
 TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
     {
         (Phase.MOVING, Signal.STOP): (Phase.STOPPING, Act.STOP),
@@ -96,7 +97,6 @@ TABLE: Mapping[tuple[Phase, Signal], tuple[Phase, Act]] = MappingProxyType(
         (Phase.HOMING, Signal.ARRIVED): (Phase.ENDED, Act.NOTHING),
     }
 )
-"""The next phase and the action for each signal, phase by phase."""
 
 
 class Stage(Protocol):
@@ -110,8 +110,8 @@ class Stage(Protocol):
 
 
 Stages: TypeAlias = Mapping[Phase, Callable[[], Stage]]
+# What each action does; an action that takes time is a script.
 Acts: TypeAlias = Mapping[Act, Callable[[], Generator[float, Any, None] | None]]
-"""What each action does; an action that takes time is a script."""
 
 
 def run_phases(
@@ -206,9 +206,9 @@ class Braking(ABC, Generic[D]):
         return RequestRejected(f"{self.left[0]} did not come to rest after a stop")
 
 
+# How long drives may turn that an earlier program left moving or homing, and again after their
+# stop.
 EARLIER_MOTION_S = 1.0
-"""How long drives may turn that an earlier program left moving or homing, and again after their
-stop."""
 
 
 def end_earlier_motion(
@@ -291,8 +291,8 @@ class HomingSearch(Generic[Observed]):
         return None if self.left else Signal.ARRIVED
 
 
+# The motors that home together, group after group; without groups, each by itself.
 Groups: TypeAlias = tuple[tuple[int, ...], ...]
-"""The motors that home together, group after group; without groups, each by itself."""
 
 
 def homing_groups(groups: Groups, drives: Sequence[D]) -> list[tuple[D, ...]]:

@@ -9,24 +9,24 @@ from __future__ import annotations
 import math
 from collections import deque
 
+# A question that is still open after this long counts as lost. The slowest reply observed on an
+# overloaded computer took 0.18 s.
 REPLY_TIMEOUT_S = 0.3
-"""A question that is still open after this long counts as lost. The slowest reply observed on an
-overloaded computer took 0.18 s."""
+# The median of this many tells how long a drive takes to reply; a late one does not change it.
 RECENT_REPLIES = 15
-"""The median of this many tells how long a drive takes to reply; a late one does not change it."""
+# A reply that is later than this many times the median is missed: on a link that delays every
+# message by a random time, the slowest takes twice as long as the mean.
 USUAL_WAITS = 2.0
-"""A reply that is later than this many times the median is missed: on a link that delays every
-message by a random time, the slowest takes twice as long as the mean."""
+# How much longer the last reply is waited for: a frame may wait that long in the computer or the
+# adapter (see `transports/can_link.py`).
 LAST_TRY_S = 0.25
-"""How much longer the last reply is waited for: a frame may wait that long in the computer or the
-adapter (see `transports/can_link.py`)."""
+# A drive that misses this many polls in a row while another one replies is mute, and may have lost
+# its power. On a bus that loses one frame in ten, a sound drive does that once in 750 polls.
 MUTE_POLLS = 4
-"""A drive that misses this many polls in a row while another one replies is mute, and may have lost
-its power. On a bus that loses one frame in ten, a sound drive does that once in 750 polls."""
+# Tolerance for rounded times.
 EPSILON_S = 1e-6
-"""Tolerance for rounded times."""
+# Questions kept for a drive that never replies: older ones are overdue in any case.
 MOST_QUESTIONS = 256
-"""Questions kept for a drive that never replies: older ones are overdue in any case."""
 
 
 class Questions:

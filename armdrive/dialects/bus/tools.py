@@ -22,24 +22,24 @@ from armdrive.transports.can_health import BusHealth, BusState
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.text import counted
 
+# The ids that are asked by default.
 IDS = tuple(range(1, 17))
-"""The ids that are asked by default."""
+# Any program that drives an arm sends commands far more often than this.
 LISTEN_S = 1.0
-"""Any program that drives an arm sends commands far more often than this."""
 
+# The nodes that sent something on their own, and the state each reported.
 SeenNodes: TypeAlias = Mapping[int, Any]
-"""The nodes that sent something on their own, and the state each reported."""
 
 
 # Work on the wire during a dialog, and raw frames for scripts that read them.
 
 T = TypeVar("T")
+# Carries out one request at a time, without wire or clock.
 Executor: TypeAlias = Controller | ScriptLoop[Any]
-"""Carries out one request at a time, without wire or clock."""
 
 
+# Carries out a controller's request or a script; returns its reply.
 CarryOut: TypeAlias = Callable[[Executor, Any], Any]
-"""Carries out a controller's request or a script; returns its reply."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +180,8 @@ class CommissioningTools:
     section: Callable[[Any, Sequence[int], int], Mapping[str, Any]]
 
 
+# Returns the keys of the arm file's section, from that section and what was measured.
 UnitKeys: TypeAlias = Callable[[Any, Sequence[MeasuredUnits]], Mapping[str, Any]]
-"""Returns the keys of the arm file's section, from that section and what was measured."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,8 +233,8 @@ NO_ANSWER_REMEDY = (
     "check the drives' motor supply, that H and L are not swapped, and the bit rate "
     "(CanRate in the menu of an MKS drive): `armdrive doctor --can --every-rate` tries all four"
 )
+# Up to this many late answers are normal on a busy computer.
 USUAL_LATE_ANSWERS = 2
-"""Up to this many late answers are normal on a busy computer."""
 
 
 def of_lost(missed: int, garbled: int, health: BusHealth) -> list[Finding]:

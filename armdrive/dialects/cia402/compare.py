@@ -21,8 +21,8 @@ _LINE = re.compile(
     r"\s*(\d{1,3})\s*:\s*([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})\s+([iu])(8|16|32)\s+(-?\d{1,10})\s*"
 )
 _COMMUNICATION = range(0x1000, 0x2000)
+# Objects that could move a motor, or let it go: controlword, mode, targets and their offsets.
 _MOVING = (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60C1, 0x60FF)
-"""Objects that could move a motor, or let it go: controlword, mode, targets and their offsets."""
 
 
 def wanted(settings: Cia402Settings) -> tuple[tuple[Write, str, bool], ...]:

@@ -28,25 +28,25 @@ from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
 
+# A drive has stopped if it has not turned for this long: three periods of SYNC by default.
 STILL_S = 0.03
-"""A drive has stopped if it has not turned for this long: three periods of SYNC by default."""
+# A heartbeat with our own number, at most this many of our timeouts old, is another master's.
 RIVAL_TIMEOUTS = 1.5
-"""A heartbeat with our own number, at most this many of our timeouts old, is another master's."""
 
 # The settings that drives get.
 
 HOLDS_AFTER_STOP = Write(
     canopen.QUICK_STOP_OPTION, DataType.I16, canopen.QuickStopOption.QUICK_RAMP_AND_STAY
 )
+# A quick stop if the heartbeat is missing.
 STOPS_UNWATCHED = Write(canopen.HEARTBEAT_REACTION, DataType.I16, 3)
-"""A quick stop if the heartbeat is missing."""
 UNIT_OBJECTS = (canopen.SPEED_UNIT, canopen.ENCODER_INCREMENTS, canopen.ENCODER_TURNS)
+# What a drive needs to stop by itself when this program dies; EDS files of many drives lack one:
+# 6007 those of all Trinamic modules (PyTrinamic, TMCM-1276 and others) and of Yiyou's EuServo, 1016
+# that of Technosoft's iPOS.
 WATCH_OBJECTS = (canopen.CONSUMER_HEARTBEAT, canopen.HEARTBEAT_REACTION)
-"""What a drive needs to stop by itself when this program dies; EDS files of many drives lack one:
-6007 those of all Trinamic modules (PyTrinamic, TMCM-1276 and others) and of Yiyou's EuServo, 1016
-that of Technosoft's iPOS."""
+# Makes a drive in fault brake before it lets its motor go.
 BRAKE = Write(canopen.FAULT_REACTION_OPTION, DataType.I16, 2)
-"""Makes a drive in fault brake before it lets its motor go."""
 MILLISECONDS = -3
 _PROFILE_OBJECTS = 0x6000
 

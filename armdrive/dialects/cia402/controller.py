@@ -57,15 +57,15 @@ from firmware_protocol.canopen import Emergency, HostEvent
 from firmware_protocol.frames import Unpacker
 from kinematics.spaces import Motors
 
+# The least speed that is commanded, in increments a second: drives count whole ones.
 MIN_HZ = 1.0
-"""The least speed that is commanded, in increments a second: drives count whole ones."""
+# At most this many cycles pass until a drive is seen to stand and has left its quick stop.
 CONFIRM_CYCLES = 8
-"""At most this many cycles pass until a drive is seen to stand and has left its quick stop."""
+# In profile position mode, giving a drive a set-point where it stands takes this many more.
 SET_POINT_CYCLES = 4
-"""In profile position mode, giving a drive a set-point where it stands takes this many more."""
+# How far a drive may be off its share of a burst, since speeds and ramps are whole numbers of
+# increments/s; drives with a greater unit of speed may be farther off by as much.
 ROUNDING = 2.0
-"""How far a drive may be off its share of a burst, since speeds and ramps are whole numbers of
-increments/s; drives with a greater unit of speed may be farther off by as much."""
 
 
 class Cia402Requests:

@@ -26,8 +26,8 @@ from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
 from kinematics.text import counted
 
+# The greatest target that can be commanded, in increments.
 TARGET_MAX = (1 << 31) - 1
-"""The greatest target that can be commanded, in increments."""
 
 
 class HeartbeatProducer:
@@ -67,9 +67,9 @@ class HeartbeatProducer:
         return self._data
 
 
+# A drive this close to its target, in increments, has received that target: the reading counts for
+# that many.
 EXACT_REACH, EXACT = 1, 4
-"""A drive this close to its target, in increments, has received that target: the reading counts for
-that many."""
 FAULTS = (canopen.DriveState.FAULT, canopen.DriveState.FAULT_REACTION)
 
 

@@ -40,29 +40,29 @@ from firmware_protocol.canopen import (
 from firmware_protocol.fields import in_words
 from firmware_protocol.frames import pack
 
+# A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer. In
+# motion it is usually found earlier: by the question about its state after an outage.
 MUTE_CYCLES = 20
-"""A drive that reports nothing in this many cycles is mute; a busy computer is late by fewer. In
-motion it is usually found earlier: by the question about its state after an outage."""
+# A drive at rest may miss this many of its own heartbeats before it is asked for a reply, up to
+# `MUTE_POLLS` times.
 BEATS_LOST = 3.5
-"""A drive at rest may miss this many of its own heartbeats before it is asked for a reply, up to
-`MUTE_POLLS` times."""
 
 ENABLE = Controlword.of(Command.ENABLE_OPERATION)
 DISABLE = Controlword.of(Command.DISABLE_VOLTAGE)
 STOP = Controlword.of(Command.QUICK_STOP)
+# The stop of a drive that exchanges no PDOs.
 STOP_WRITE = canopen.Write(canopen.CONTROLWORD, canopen.DataType.U16, STOP.value)
-"""The stop of a drive that exchanges no PDOs."""
+# The commands on the way to "operation enabled"; in any other state it is commanded itself.
 TOWARDS_ENABLED: Mapping[DriveState | None, Controlword] = MappingProxyType(
     {
         DriveState.DISABLED: Controlword.of(Command.SHUT_DOWN),
         DriveState.READY: Controlword.of(Command.SWITCH_ON),
     }
 )
-"""The commands on the way to "operation enabled"; in any other state it is commanded itself."""
 
+# How long a drive may take to change its state or mode, or to accept a set-point. Simulated drives
+# take two cycles; real ones were not measured.
 RESPONSE_S = 1.0
-"""How long a drive may take to change its state or mode, or to accept a set-point. Simulated drives
-take two cycles; real ones were not measured."""
 
 T = TypeVar("T")
 Script: TypeAlias = Generator[float, HostEvent | None, T]
@@ -321,17 +321,17 @@ class DriveStates:
 # A request without an answer is sent again: frames can be lost, and repeating them does no harm. A
 # late answer to an earlier try is as good as one to the last.
 
+# What drives say of objects that they lack, or that are constants.
 ABSENT = (
     canopen.AbortCode.NO_OBJECT,
     canopen.AbortCode.NO_SUB_INDEX,
     canopen.AbortCode.READ_ONLY,
     canopen.AbortCode.ACCESS,
 )
-"""What drives say of objects that they lack, or that are constants."""
+# An object to read, or to write.
 Job: TypeAlias = canopen.Place | canopen.Write
-"""An object to read, or to write."""
+# The objects of each drive, by its node number.
 Jobs: TypeAlias = Mapping[int, Sequence[Job]]
-"""The objects of each drive, by its node number."""
 
 
 @dataclass(slots=True)

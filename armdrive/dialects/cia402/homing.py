@@ -30,9 +30,9 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode
 
 GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit.NEW_SET_POINT)
+# A drive may report how an earlier search ended for this many cycles of the next one; after that
+# the report is new. Simulated drives clear it in two cycles.
 STALE_CYCLES = 10
-"""A drive may report how an earlier search ended for this many cycles of the next one; after that
-the report is new. Simulated drives clear it in two cycles."""
 HOMING_OBJECTS = (
     canopen.HOMING_METHOD,
     canopen.HOMING_SPEED,

@@ -51,27 +51,27 @@ from armdrive.tasks import (
 )
 from firmware_protocol.canopen import POSITION, STATUSWORD, DriveState, OperationMode
 
+# How long a drive may take to its last target. Its following error is gone within
+# `following_ms`, 50 ms by default; the rest is for drives that settle slowly (a guess).
 SETTLE_S = 0.6
-"""How long a drive may take to its last target. Its following error is gone within
-`following_ms`, 50 ms by default; the rest is for drives that settle slowly (a guess)."""
+# A drive has arrived after this many readings near its target. It may have missed its last target,
+# but not eight repeats of it.
 REST_CYCLES = 8
-"""A drive has arrived after this many readings near its target. It may have missed its last target,
-but not eight repeats of it."""
+# A drive stands when its reports show that it has not turned for this many cycles, after a stop
+# for fewer: with one, a lost or late answer would look like a stand-still.
 STAND_CYCLES, STOP_CYCLES = 3, 2
-"""A drive stands when its reports show that it has not turned for this many cycles, after a stop
-for fewer: with one, a lost or late answer would look like a stand-still."""
+# By how much less the first and the last of these reports may be apart, as some come late.
 JITTER_CYCLES = 0.5
-"""By how much less the first and the last of these reports may be apart, as some come late."""
+# When a drive off its target has not been seen to turn for this many cycles, all stand, even if it
+# reported nothing. A computer that holds everything back for 30 ms loses nothing.
 LOST_CYCLES = 4
-"""When a drive off its target has not been seen to turn for this many cycles, all stand, even if it
-reported nothing. A computer that holds everything back for 30 ms loses nothing."""
+# How often positions are reported in motion: twenty times a second, as a screen shows them.
 PROGRESS_S = 0.05
-"""How often positions are reported in motion: twenty times a second, as a screen shows them."""
+# How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
+# time before it is reported (a guess).
 BRAKING_S = 1.0
-"""How much longer than twice its ramp a drive may take to stop: lost orders are repeated for that
-time before it is reported (a guess)."""
+# States that need the stop, including its own: it cancels an order that waits for a SYNC.
 NEEDS_STOP = (None, DriveState.ENABLED, DriveState.QUICK_STOP)
-"""States that need the stop, including its own: it cancels an order that waits for a SYNC."""
 
 
 def prepare(io: Cia402Exchange, mode: OperationMode) -> Script[None]:

@@ -29,31 +29,31 @@ from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
 from firmware_protocol import canopen
 
+# The next number is this many times as great, if the motor turned too slowly.
 GROWTH = 4
-"""The next number is this many times as great, if the motor turned too slowly."""
+# With this number even an iPOS turns at 16,000 increments/s.
 LARGEST_NUMBER = GROWTH**10
-"""With this number even an iPOS turns at 16,000 increments/s."""
+# The distance of the first turns, thirty times as far as a drive may rest off its target, and how
+# long each may take.
 FIRST_INCREMENTS, TRY_S = 240, 0.6
-"""The distance of the first turns, thirty times as far as a drive may rest off its target, and how
-long each may take."""
+# The number of the ramps while a speed is measured: a slow motor reaches it at once.
 STEEP_RAMP = 100_000
-"""The number of the ramps while a speed is measured: a slow motor reaches it at once."""
+# A speed that no ramp that can be timed reaches on that distance.
 FAST_HZ = 20_000.0
-"""A speed that no ramp that can be timed reaches on that distance."""
+# The shares of a distance on which a motor keeps its speed, and on which it gains speed.
 CRUISE, RISE = (0.2, 0.8), (0.06, 0.45)
-"""The shares of a distance on which a motor keeps its speed, and on which it gains speed."""
+# No slower motor counts as timed.
 SLOWEST_HZ = CRUISE[1] * FIRST_INCREMENTS / TRY_S
-"""No slower motor counts as timed."""
+# A slope needs at least this many readings: with two, a late one would count as a speed.
 LEAST_READINGS = 4
-"""A slope needs at least this many readings: with two, a late one would count as a speed."""
+# A motor at its goal that has not turned for this long stands: the next turn begins from rest.
 REST_S = 0.05
-"""A motor at its goal that has not turned for this long stands: the next turn begins from rest."""
+# A measured unit this close to a usual one is taken for that.
 NEAR = 0.05
-"""A measured unit this close to a usual one is taken for that."""
 DECIMALS = (1.0, 0.1, 0.01, 0.001)
 
+# A time in seconds, and increments from the start of a turn.
 Reading: TypeAlias = tuple[float, int]
-"""A time in seconds, and increments from the start of a turn."""
 
 
 def _slope(points: Iterable[tuple[float, float]]) -> float:

@@ -28,9 +28,9 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
 
+# A paused motion keeps at least this share of its speed, or it would never reach the end of its
+# last segment.
 MIN_RATE = 0.1
-"""A paused motion keeps at least this share of its speed, or it would never reach the end of its
-last segment."""
 
 
 class CyclicTrip:
@@ -119,9 +119,9 @@ class CyclicTrip:
         return self.path.end_s - self.time_s <= period_s
 
 
+# After a late cycle the next one takes at least this share of a period, so that the drives can
+# interpolate. The delay is caught up in four cycles.
 MIN_CYCLE_SHARE = 0.75
-"""After a late cycle the next one takes at least this share of a period, so that the drives can
-interpolate. The delay is caught up in four cycles."""
 
 
 def stream(io: Cia402Exchange, request: MoveAlong) -> Script[Reply]:

@@ -54,8 +54,9 @@ from firmware_protocol.fields import in_words
 # The meaning of bits 4, 10, 12 and 13 depends on the mode; without it they are named as in profile
 # position. While a drive has no current, 10 and 12 mean nothing and are left out.
 
+# The number of the profile of drives, in object 1000.
 DRIVES = 402
-"""The number of the profile of drives, in object 1000."""
+# Common device profiles. Source: CiA's list of profiles.
 PROFILES: Mapping[int, str] = MappingProxyType(
     {
         0: "no profile",
@@ -68,7 +69,6 @@ PROFILES: Mapping[int, str] = MappingProxyType(
         410: "an inclinometer",
     }
 )
-"""Common device profiles. Source: CiA's list of profiles."""
 _KINDS = {0x01: "frequency converter", 0x02: "servo", 0x04: "stepper"}
 
 _CYCLIC = (
@@ -116,6 +116,7 @@ _STOPPING = {
     QuickStopOption.VOLTAGE_LIMIT_AND_STAY: "at the limit of voltage, then it holds",
 }
 _REACTIONS = {0: "nothing", 1: "fault", 2: "disable voltage", 3: "quick stop"}
+# The homing methods of CiA 402-2 (6098): up is the direction in which the drive counts up.
 _HOMING: tuple[tuple[tuple[int, ...], str], ...] = (
     ((0,), "no homing"),
     ((1, 17), "down to the negative limit switch"),
@@ -127,7 +128,6 @@ _HOMING: tuple[tuple[tuple[int, ...], str], ...] = (
     ((34,), "up to the index pulse"),
     ((35, 37), "at the present position"),
 )
-"""The homing methods of CiA 402-2 (6098): up is the direction in which the drive counts up."""
 
 
 def state_words(value: int, mode: OperationMode | None = None) -> str:
@@ -204,6 +204,7 @@ def homing_words(value: int) -> str:
 
 _U8, _U16, _U32, _I32 = DataType.U8, DataType.U16, DataType.U32, DataType.I32
 _TEXT = DataType.VISIBLE_STRING
+# Further objects that are common on a bus but that arms do not need.
 _MORE = Dictionary(
     ObjectEntry(place, name, kind, Access.RW, unit)
     for place, name, kind, unit in (
@@ -232,7 +233,6 @@ _MORE = Dictionary(
         (Place(0x60FF), "Target velocity", _I32, "inc/s"),
     )
 )
-"""Further objects that are common on a bus but that arms do not need."""
 
 _PDO_SPAN = 0x200
 _PDO_BASES = {0x1400: "RPDO", 0x1600: "RPDO", 0x1800: "TPDO", 0x1A00: "TPDO"}

@@ -134,10 +134,10 @@ class Cia402Settings:
 
 # What follows for an arm: the speeds of its drives and the period of their targets.
 
+# As much data as the commands and the reports of a drive have.
 LONGEST_PDO = bytes(7)
-"""As much data as the commands and the reports of a drive have."""
+# The greatest speed that is commanded, in increments a second.
 TOP_HZ = 10_000_000.0
-"""The greatest speed that is commanded, in increments a second."""
 
 
 def period_ms(settings: Cia402Settings, drives: int, bit_rate: int) -> int:

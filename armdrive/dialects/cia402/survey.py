@@ -82,21 +82,21 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.events import UnreadableFrame
 from firmware_protocol.frames import Frame, pack
 
+# Timeout of the first question to a node; drives answer within some milliseconds.
 ASK_S = 0.02
-"""Timeout of the first question to a node; drives answer within some milliseconds."""
+# How long the bus is left alone after an answer: other programs on it go on (a guess).
 PAUSE_S = 0.005
-"""How long the bus is left alone after an answer: other programs on it go on (a guess)."""
+# How often a node is asked at most: one lost frame must not hide a drive.
 ROUNDS = 2
-"""How often a node is asked at most: one lost frame must not hide a drive."""
 
+# The objects that are read of each node.
 QUESTIONS = (
     DEVICE_TYPE, DEVICE_NAME, VENDOR, PRODUCT, REVISION, SERIAL_NUMBER,
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
     *WATCH_OBJECTS, SPEED_UNIT,
 )  # fmt: skip
-"""The objects that are read of each node."""
+# Objects that hardly ever agree in two drives.
 _TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
-"""Objects that hardly ever agree in two drives."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -470,8 +470,8 @@ def survey_nodes(io: FrameIO, ids: Sequence[int], heard: SeenNodes) -> Script[Fr
     )
 
 
+# The measured units of drives of one kind differ by at most this share (Lely's stack: 6 %).
 ALIKE = 0.1
-"""The measured units of drives of one kind differ by at most this share (Lely's stack: 6 %)."""
 
 
 def measured_units(device: Cia402Settings, found: Sequence[MeasuredUnits]) -> dict[str, Any]:
@@ -493,6 +493,7 @@ def _alike(units: list[float]) -> list[float]:
     )
 
 
+# CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids.
 BUS = BusTools(
     name="canopen",
     dialect="cia402",
@@ -506,6 +507,5 @@ BUS = BusTools(
     next=("config", "new", "NAME", "--template", "minimover5-cia402"),
     units=measured_units,
 )
-"""CANopen on a bus. Reading objects by SDO does nothing to MKS drives with any ids."""
 
 TOOLS = DeviceTools(TALK, bus=BUS, describer=CanopenFrameDescriber)

@@ -71,8 +71,8 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, pack
 
 RECEIVED, TRANSMITTED = (PDO_SERVICES[direction] for direction in Direction)
+# The services of a master; nodes use the others.
 OF_MASTER = frozenset((Service.NMT, Service.SYNC, Service.TIME, Service.SDO_REQUEST, *RECEIVED))
-"""The services of a master; nodes use the others."""
 _PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (
     (Service.RPDO1, (CONTROLWORD, MODE, TARGET_POSITION)),
     (Service.TPDO1, (STATUSWORD, MODE_SHOWN, POSITION)),
@@ -276,12 +276,12 @@ def _unreadable(frame: Frame, service: Service | None, error: RemoteProtocolErro
 
 # Frames as messages of a recording, and how each is compared.
 
+# Objects by which a device describes itself.
 _OF_ITSELF = frozenset((0x1000, 0x1002, 0x1003, 0x1008, 0x1009, 0x100A, 0x1018, 0x6502))
-"""Objects by which a device describes itself."""
+# Objects that depend on the moment; only rest positions have to agree.
 _PASSING = frozenset((0x6041, 0x6061, 0x6064, 0x606C, 0x60F4))
-"""Objects that depend on the moment; only rest positions have to agree."""
+# The bytes of an SDO frame that identify the service and the object.
 _PLACE = 4
-"""The bytes of an SDO frame that identify the service and the object."""
 
 
 def weighed(frame: Frame) -> Message:

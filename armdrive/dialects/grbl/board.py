@@ -79,13 +79,13 @@ class Polls:
 # power failure it takes longer, because its boot loader runs first. Such a restart zeroes the
 # counts, but zero counts prove nothing if they were zero before. So the delay has to decide.
 
+# Longest time from our own reset of a board at rest to its greeting, including the wire.
 OWN_RESET_S = 0.4
-"""Longest time from our own reset of a board at rest to its greeting, including the wire."""
+# In this time after a reset in motion was answered, a greeting or an alarm may answer a second
+# reset. grblHAL starts once more if 0x18 comes again in the 0.1 s before its greeting. FluidNC
+# reads two resets together while it homes, and answers each with alarm and greeting. Observed: 5 ms
+# later.
 AGAIN_S = 0.25
-"""In this time after a reset in motion was answered, a greeting or an alarm may answer a second
-reset. grblHAL starts once more if 0x18 comes again in the 0.1 s before its greeting. FluidNC reads
-two resets together while it homes, and answers each with alarm and greeting. Observed: 5 ms later.
-"""
 
 
 class Greeting:
@@ -136,15 +136,15 @@ class Greeting:
         return answers
 
 
+# The start of a status report, with its coordinates.
 REPORTED_POSITION = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
-"""The start of a status report, with its coordinates."""
 MOVING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
+# States in which the board executes no lines; a reset leaves them.
 LINES_IGNORED = (*HELD, State.SLEEP, State.CHECK)
-"""States in which the board executes no lines; a reset leaves them."""
+# Alarms that our own reset raises if it ends a motion (3), homing (6), or homing that backs off a
+# pressed switch (8): observed on grbl-Mega-5X.
 ABORT_ALARMS = (3, 6, 8)
-"""Alarms that our own reset raises if it ends a motion (3), homing (6), or homing that backs off a
-pressed switch (8): observed on grbl-Mega-5X."""
 
 
 class BoardState:

@@ -32,18 +32,17 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
+# Reports that must show an output to be off; a report has no checksum, so one may be wrong.
 CONFIRMING_REPORTS = 2
-"""Reports that must show an output to be off; a report has no checksum, so one may be wrong."""
+# After these alarms a board is reset before it gets a line. After 1 and 2, at a limit, it accepts
+# none; grblHAL still sends reports. After the others, of homing that failed, FluidNC would drive
+# the next line from where its search was to end, not from where it stands (Homing.cpp, fail).
 RESET_ALARMS = (1, 2, 8, 9, 15)
-"""After these alarms a board is reset before it gets a line. After 1 and 2, at a limit, it accepts
-none; grblHAL still sends reports. After the others, of homing that failed, FluidNC would drive the
-next line from where its search was to end, not from where it stands (Homing.cpp, fail).
-"""
+# Time allowed for a motion that an earlier program left running, before it is stopped.
 LEFTOVER_MOTION_S = 1.0
-"""Time allowed for a motion that an earlier program left running, before it is stopped."""
+# The parser's modes that motions rely on: plane XY, mm, relative, units per minute, and the first
+# coordinate system. A reset or a start-up line may have changed them.
 MODES = Line("G17G21G91G94G54")
-"""The parser's modes that motions rely on: plane XY, mm, relative, units per minute, and the first
-coordinate system. A reset or a start-up line may have changed them."""
 READS_NO_LINES = (
     "the board reports idle but reads no lines, even after a reset: switch it off and on, then "
     "home the arm"

@@ -72,11 +72,11 @@ from firmware_protocol.grbl import (
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 
+# A line that writes a setting, on FluidNC also by its path. Other lines that begin with $ jog,
+# home or store a motion.
 SETTING = r"\$([0-9]+|/[a-z0-9_/]+)=[0-9.]+"
-"""A line that writes a setting, on FluidNC also by its path. Other lines that begin with $ jog,
-home or store a motion."""
+# Timeout for writing a setting to the board's EEPROM.
 SETTING_WRITE_S = 2.0
-"""Timeout for writing a setting to the board's EEPROM."""
 
 
 class GrblController(ScriptRunner[HostEvent]):

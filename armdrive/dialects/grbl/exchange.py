@@ -43,25 +43,24 @@ from firmware_protocol.grbl.host import Event as HostEvent
 
 Answer: TypeAlias = Acknowledged | Refused | Restarted | AlarmRaised
 
+# A report that takes longer counts as lost: boards that do not home or start answer within
+# milliseconds.
 REPORT_TIMEOUT_S = 0.25
-"""A report that takes longer counts as lost: boards that do not home or start answer within
-milliseconds."""
+# Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first.
 BANNER_TIMEOUT_S = 1.5
-"""Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first."""
+# Interval of queries after a reset in motion. A restarting board is mute, so an answer means that
+# the reset was lost.
 RESET_POLL_S = 0.02
-"""Interval of queries after a reset in motion. A restarting board is mute, so an answer means that
-the reset was lost."""
+# Reports after which one has contained the work offset: at least one in thirty does.
 REPORTS_TO_OFFSET = 40
-"""Reports after which one has contained the work offset: at least one in thirty does."""
+# Completes whatever is in the board's input line, a half line or a stray character, so that every
+# board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
+# letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl
+# grbl/protocol.c and gcode.c).
 FLUSH_LINE = "))GG"
-"""Completes whatever is in the board's input line, a half line or a stray character, so that every
-board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
-letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl grbl/protocol.c
-and gcode.c).
-"""
+# Ends the echo of a FluidNC board that has heard a control character, from a terminal program or
+# by a damaged byte (FluidNC lineedit.cpp). The others ignore it.
 ECHO_OFF = b"\f"
-"""Ends the echo of a FluidNC board that has heard a control character, from a terminal program or
-by a damaged byte (FluidNC lineedit.cpp). The others ignore it."""
 
 
 @dataclass(slots=True, eq=False)

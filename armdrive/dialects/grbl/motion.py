@@ -65,26 +65,26 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
 
+# A motion without progress is given up this long after it should have ended.
 STALLED_S = 2.0
-"""A motion without progress is given up this long after it should have ended."""
+# A line of at most this many steps is single steps: the arm stands between them anyway.
 SINGLE_STEPS = 2
-"""A line of at most this many steps is single steps: the arm stands between them anyway."""
+# In this time before the present motion ends, no line is sent: wait until the board is Idle.
+#
+# If a line arrives just as the motors stop, GRBL either leaves it in the segment buffer and becomes
+# Idle, or executes a jog in state Run, where no jog cancel ends it. Both were seen on a
+# grbl-Mega-5X at 25 steps/s. The margin covers the line's time on the wire and the host's
+# scheduling delays.
 END_MARGIN_S = 0.02
-"""In this time before the present motion ends, no line is sent: wait until the board is Idle.
-
-If a line arrives just as the motors stop, GRBL either leaves it in the segment buffer and becomes
-Idle, or executes a jog in state Run, where no jog cancel ends it. Both were seen on a grbl-Mega-5X
-at 25 steps/s. The margin covers the line's time on the wire and the host's scheduling delays.
-"""
+# After this, the first lines of a motion have filled the segment buffer and the planner.
 FILL_S = 0.1
-"""After this, the first lines of a motion have filled the segment buffer and the planner."""
+# A motion too slow for the board runs ahead of its schedule by up to this, then waits.
 MAX_LEAD_S = 0.1
-"""A motion too slow for the board runs ahead of its schedule by up to this, then waits."""
+# No board homes so fast: it backs off twice, with pauses ($26). An earlier ok is that of a line
+# that was changed on the wire.
 SHORTEST_HOMING_S = 0.05
-"""No board homes so fast: it backs off twice, with pauses ($26). An earlier ok is that of a line
-that was changed on the wire."""
+# The lowest feed override makes a motion take ten times as long; the rest is margin.
 OVERRIDE_FACTOR = 12.0
-"""The lowest feed override makes a motion take ten times as long; the rest is margin."""
 
 
 @dataclass(slots=True, eq=False)

@@ -28,10 +28,10 @@ from kinematics.spaces import Motors
 # Lengths are in the board's own units ("mm"). Source of the corner speed and of the two passes:
 # gnea/grbl grbl/planner.c (plan_buffer_line, planner_recalculate).
 
+# A cosine this close to 1 or -1 means a complete reversal or no turn at all.
 COSINE_TOLERANCE = 1e-6
-"""A cosine this close to 1 or -1 means a complete reversal or no turn at all."""
+# The share of a line that is always left to drive, so that its length stays positive.
 SMALLEST_REST = 1e-6
-"""The share of a line that is always left to drive, so that its length stays positive."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,12 +143,12 @@ def trapezoid_s(one: MotorPath, enter: float, leave: float) -> float:
 # 328p for 0.24 s.
 
 SEGMENT_S = 0.01
+# The firmware's `REQ_MM_INCREMENT_SCALAR`.
 STEPS_A_SEGMENT = 1.25
-"""The firmware's `REQ_MM_INCREMENT_SCALAR`."""
+# A step that has begun is always completed; this is the slowest one.
 LAST_STEP_S = 1.0 / SLOWEST_HZ
-"""A step that has begun is always completed; this is the slowest one."""
+# From this rate up, a segment lasts only 10 ms.
 SHORTEST_HZ = STEPS_A_SEGMENT / SEGMENT_S
-"""From this rate up, a segment lasts only 10 ms."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,14 +241,14 @@ class SegmentBuffer:
 
 # The speed of this arm's motors on the board, and how long a motion continues after a stop.
 
+# Bytes on the wire before a stop arrives: a line of 79 characters, its end, and the stop byte.
 LONGEST_LINE = 81
-"""Bytes on the wire before a stop arrives: a line of 79 characters, its end, and the stop byte."""
+# If a stop, or the report that would show its effect, is lost, the stop is repeated after this.
 RESEND_S = 0.04
-"""If a stop, or the report that would show its effect, is lost, the stop is repeated after this."""
+# Time for the reports of a braking board, its reset and its banner.
 CONFIRMED_S = 0.12
-"""Time for the reports of a braking board, its reset and its banner."""
+# A board reset in motion holds its motors for the time in $1, 255 ms, and then releases them.
 KILLED_S = 0.3
-"""A board reset in motion holds its motors for the time in $1, 255 ms, and then releases them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -347,9 +347,9 @@ class MotionBounds:
 # last segment is computed, so the reported position decides: a line is done when the position lies
 # on a later line, or when the board is Idle with an empty planner.
 
+# Greatest age of a report. If a position is farther behind the planner than the segment buffer and
+# such a report explain, the motion has gone wrong: it runs backwards along its path, for example.
 REPORT_S = 0.15
-"""Greatest age of a report. If a position is farther behind the planner than the segment buffer and
-such a report explain, the motion has gone wrong: it runs backwards along its path, for example."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,9 +28,9 @@ from kinematics.transmission import Transmission
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
 OUTPUTS = re.compile(r"flood|mist|P[0-9]{1,2}")
+# The pin letters of a report, in the order of the input bits: probe, door, hold, start, reset and
+# the limit switches.
 PINS = "PDHSRXYZABC"
-"""The pin letters of a report, in the order of the input bits: probe, door, hold, start, reset and
-the limit switches."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,10 +173,10 @@ def fitting(config: ArmConfig) -> Transmission:
 # sign, so that a lost byte never joins two words into one number. Only a lost minus can make a
 # motion longer.
 
+# Decimals of a distance in degrees; they resolve every motor step.
 DECIMALS = 4
-"""Decimals of a distance in degrees; they resolve every motor step."""
+# Most steps per unit: reports have three decimals, which must resolve a step.
 MOST_STEPS_PER_UNIT = 400.0
-"""Most steps per unit: reports have three decimals, which must resolve a step."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,15 +324,15 @@ def feed(path: MotorPath) -> str:
 # A comparison of a board's settings with the arm file: the differences, their effect on motion, and
 # the lines that correct them.
 
+# A board's settings by key, as the board reports them.
 ReportedSettings = Mapping[int | str, str]
-"""A board's settings by key, as the board reports them."""
 
+# How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs.
 SEARCH_TRAVELS, LOCATE_PULL_OFFS = 1.5, 10.0
-"""How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs."""
+# Settings are reported with three decimals.
 SETTING_TOLERANCE = 1e-3
-"""Settings are reported with three decimals."""
+# An axis that is slower than expected by no more than this share is not reported.
 RATE_TOLERANCE = 0.02
-"""An axis that is slower than expected by no more than this share is not reported."""
 
 
 def _is_other(found: float, wanted: float) -> bool:

@@ -35,8 +35,8 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
+# The outputs whose state a status report shows (gnea/grbl grbl/report.c).
 REPORTED_OUTPUTS = {"M3", "flood", "mist"}
-"""The outputs whose state a status report shows (gnea/grbl grbl/report.c)."""
 
 
 class GrblOutputs:
@@ -139,12 +139,12 @@ class GrblOutputs:
 # board Idle but reading no lines. With a cancel every 20 ms, that happened to 3 of 259 jogs of a
 # grbl-Mega-5X and to 2 of 264 of an ATmega328p.
 
+# Interval of queries while the board brakes.
 STOP_POLL_S = 0.02
-"""Interval of queries while the board brakes."""
+# After more Idle reports than this, the firmware evidently ignores a hold at rest.
 IDLE_REPORTS = 10
-"""After more Idle reports than this, the firmware evidently ignores a hold at rest."""
+# The ok of a jog's line counts as lost after this.
 OK_TIMEOUT_S = 0.3
-"""The ok of a jog's line counts as lost after this."""
 
 
 @dataclass(slots=True, eq=False)

@@ -12,13 +12,13 @@ from types import MappingProxyType
 
 from firmware_protocol.grbl import Variant, keys
 
+# The slowest step rate of an 8-bit board: its step timer counts 16 bits at 16 MHz, over at most
+# eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses
+# no slower rate on any board, because segments would last longer.
 SLOWEST_HZ = 16e6 / (8 * 65535)
-"""The slowest step rate of an 8-bit board: its step timer counts 16 bits at 16 MHz, over at most
-eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses no
-slower rate on any board, because segments would last longer."""
+# Planner size of an ATmega328P. FluidNC's has 16, the Mega's 35 and grblHAL's 100: boards with a
+# larger planner also have more segments.
 BLOCKS_328P = 15
-"""Planner size of an ATmega328P. FluidNC's has 16, the Mega's 35 and grblHAL's 100: boards with a
-larger planner also have more segments."""
 
 
 @dataclass(frozen=True, slots=True)

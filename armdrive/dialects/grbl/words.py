@@ -28,6 +28,7 @@ from kinematics.text import counted
 
 _WORD = re.compile(r"([A-Za-z])([-+]?[0-9.]+)")
 
+# G-code words and their meanings. Words that only repeat the usual modes have none.
 _CODES: Mapping[str, str] = MappingProxyType(
     {
         "G0": "rapid", "G1": "straight", "G4": "wait", "G17": "", "G20": "inches", "G21": "",
@@ -38,10 +39,9 @@ _CODES: Mapping[str, str] = MappingProxyType(
         "M64": "output on", "M65": "output off",
     }
 )  # fmt: skip
-"""G-code words and their meanings. Words that only repeat the usual modes have none."""
 
+# G-code letters that are not axes.
 _ARGUMENTS: Mapping[str, str] = MappingProxyType({"F": "feed", "S": "power", "P": "number"})
-"""G-code letters that are not axes."""
 
 _SYSTEM: Mapping[str, str] = MappingProxyType(
     {
@@ -141,8 +141,8 @@ TALK = Describer(lambda: AnswerLines(b"\r\n", _classify), decode_answer, lines, 
 
 _OLD = re.compile(r"grbl 0\.", re.IGNORECASE)
 _FIRMWARE = "GRBL 1.1, grbl-Mega-5X, grblHAL or FluidNC"
+# The start of a banner, which is enough even if its end is lost.
 _BEGUN_BANNER = re.compile(rb"(?:^|[\r\n])(grbl(?:hal)? [0-9][!-~]*)", re.IGNORECASE)
-"""The start of a banner, which is enough even if its end is lost."""
 _REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
 
 

@@ -27,8 +27,8 @@ from firmware_protocol.mks import (
 from kinematics.paths.profiles import Profile, trapezoid
 from kinematics.spaces import Motors
 
+# The last drive starts at most this much after the first.
 START_S = 0.003
-"""The last drive starts at most this much after the first."""
 
 
 def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:

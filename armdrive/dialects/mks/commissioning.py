@@ -60,8 +60,8 @@ from firmware_protocol.mks import (
 )
 from kinematics.text import counted
 
+# It has arrived within this many counts of its target: under two degrees of its shaft.
 REACHED = 80
-"""It has arrived within this many counts of its target: under two degrees of its shaft."""
 
 
 def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None]:
@@ -79,18 +79,18 @@ def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
 
 # Calibrating a drive's encoder against its motor. The motor turns, so its shaft must be free.
 
+# The longest time that a calibration is waited for; the manual states none (a guess).
 LONGEST_S = 60.0
-"""The longest time that a calibration is waited for; the manual states none (a guess)."""
+# How often a turning drive is read, which also feeds its watchdog.
 LOOK_S = 0.1
-"""How often a turning drive is read, which also feeds its watchdog."""
+# A drive that still stands after this time is not calibrating.
 BEGUN_S = 0.5
-"""A drive that still stands after this time is not calibrating."""
 _CALIBRATION_ENDS = tuple(
     Status(Code.CALIBRATE, outcome) for outcome in (Outcome.DONE, Outcome.FAILED)
 )
 _ALREADY = "It reports that it is already calibrated. Calibrate it again?"
+# How often a stop is sent, because frames can be lost.
 STOPS = 3
-"""How often a stop is sent, because frames can be lost."""
 
 
 def calibrate(io: MksExchange, node: int) -> MksScript[bool]:
@@ -127,17 +127,17 @@ def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
 # The manual promises it, and nobody has reported to have seen it. The motor turns so slowly, and
 # so little, that this can be tried in any arm, whatever the motor's direction and gear.
 
+# The watchdog's time while it is tried.
 TRIAL_MS = 100
-"""The watchdog's time while it is tried."""
 TRIAL_RPM = 4
+# The turn takes this long if the watchdog does not stop it.
 TRIAL_RUN_S = 0.8
-"""The turn takes this long if the watchdog does not stop it."""
+# A twentieth of a turn of the shaft: with a gear of 20:1, a degree of the joint.
 TRIAL_COUNTS = round(COUNTS_PER_TURN * TRIAL_RPM / 60.0 * TRIAL_RUN_S)
-"""A twentieth of a turn of the shaft: with a gear of 20:1, a degree of the joint."""
+# The ramp: 1000 rpm a second.
 TRIAL_ACC = 236
-"""The ramp: 1000 rpm a second."""
+# Nothing is sent for this long, within which the turn ends in any case.
 SILENCE_S = 1.2
-"""Nothing is sent for this long, within which the turn ends in any case."""
 
 
 def try_watchdog(
@@ -201,8 +201,8 @@ def write(
 
 # A drive that is on the bus: settings, calibration, zero.
 
+# A motor beyond this count is offered a new zero; targets end at four times this count.
 FAR = TARGET_MAX // 4
-"""A motor beyond this count is offered a new zero; targets end at four times this count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -384,9 +384,9 @@ class MksDriveAtHand:
         self.dialog.say(_watchdog_words(share))
 
 
+# A motor that made less than the first share of its turn did not run, less than the second was
+# stopped.
 STILL_SHARE, STOPPED_SHARE = 0.02, 0.7
-"""A motor that made less than the first share of its turn did not run, less than the second was
-stopped."""
 
 
 def _watchdog_words(share: float | None) -> str:
@@ -404,8 +404,8 @@ def _watchdog_words(share: float | None) -> str:
 
 # A drive joins the bus: it already has its id, or gets it. Nothing turns.
 
+# A drive has adopted a new id after this time.
 SETTLE_S = 0.3
-"""A drive has adopted a new id after this time."""
 
 ONE_AT_A_TIME = (
     "Every drive is shipped as id 1. Two drives with one id both obey a command and garble each "
@@ -530,14 +530,15 @@ def section(device: MksSettings, ids: Sequence[int], current_ma: int) -> dict[st
     return known | ({"current_ma": current_ma} if current_ma else {})
 
 
+# The steps for each drive, in order.
 STEPS = (
     "its id, and whether it is alone with it",
     f"its settings: mode {Mode.BUS_FOC.title}, replies, microsteps, current, watchdog",
     "its encoder's calibration, if it has none: with a free shaft",
     "its watchdog: a small turn, which has to end when the bus falls silent",
 )
-"""The steps for each drive, in order."""
 
+# The MKS protocol on a bus.
 BUS = BusTools(
     name="mks",
     dialect="mks",
@@ -559,6 +560,5 @@ BUS = BusTools(
         section=section,
     ),
 )
-"""The MKS protocol on a bus."""
 
 TOOLS = DeviceTools(TALK, bus=BUS, describer=MksFrameDescriber)

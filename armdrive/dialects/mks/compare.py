@@ -38,8 +38,8 @@ from firmware_protocol.mks import (
 from kinematics.text import counted
 
 _LINE = re.compile(r"\s*([0-9]{1,4})\s*:\s*((?:[0-9A-Fa-f]{2}\s*){2,7})")
+# Settings that would change the drive's address: commissioning has a command for them.
 _NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
-"""Settings that would change the drive's address: commissioning has a command for them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,8 +50,8 @@ from kinematics.text import counted
 # The firmware of a drive. Before 1.0.8 it does not report its version, which then follows from the
 # questions that it answers.
 
+# Assumed for a drive that reports neither its version nor a setting.
 OLDEST: Version = (1, 0, 4)
-"""Assumed for a drive that reports neither its version nor a setting."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,10 +205,10 @@ NO_SUCH_ORDER = (
     "it may be in a mode in which it ignores motion commands: set mode "
     f"{Mode.BUS_FOC.title} in its menu"
 )
+# What to do about an id that more than one drive answers to.
 OWN_ID = (
     "every drive ships with id 1. Unplug all but one and give each an id of its own, one at a time"
 )
-"""What to do about an id that more than one drive answers to."""
 
 
 class MksContact:

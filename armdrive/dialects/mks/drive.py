@@ -41,25 +41,24 @@ from firmware_protocol.mks import (
     slope_of,
 )
 
+# How many counts a loaded shaft may give way while its position loop still holds it.
 GIVE = COUNTS_PER_TURN // 32
-"""How many counts a loaded shaft may give way while its position loop still holds it."""
+# A drive stands if its count has not changed for this long since its last order, although it
+# reports braking.
+#
+# Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,
+# FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
 STILL_S = 0.2
-"""A drive stands if its count has not changed for this long since its last order, although it
-reports braking.
 
-Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,
-FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
-"""
-
+# A drive that reports one of these after a stop has not received it.
 RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
-"""A drive that reports one of these after a stop has not received it."""
 TURNING = (*RUNNING, MotorState.DECELERATING)
 
+# Two readings at least this far apart show that a drive stands, if it has not turned.
 APART_S = 0.01
-"""Two readings at least this far apart show that a drive stands, if it has not turned."""
+# A drive that accepts an order says "started" within this time of the "failed" it sends for the
+# order that was replaced, before or after it.
 START_WINDOW_S = 0.01
-"""A drive that accepts an order says "started" within this time of the "failed" it sends for the
-order that was replaced, before or after it."""
 
 
 class MksDrive(ObservedDrive):

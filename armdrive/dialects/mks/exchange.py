@@ -46,13 +46,13 @@ from firmware_protocol.mks import Request as Message
 from kinematics.spaces import Motors
 
 T = TypeVar("T")
+# A script that asks MKS drives, with its result.
 MksScript: TypeAlias = ExchangeScript[Event, T]
-"""A script that asks MKS drives, with its result."""
 Script: TypeAlias = MksScript[Reply]
 
 
+# Replies that a drive may still owe: more than that many were lost, and will not come.
 MOST_OWED = 16
-"""Replies that a drive may still owe: more than that many were lost, and will not come."""
 
 
 class SurplusAnswers:

@@ -50,14 +50,14 @@ from firmware_protocol.mks import (
 )
 from kinematics.text import counted
 
+# The gentlest ramp that a drive knows, in counts/s²: on which one it brakes when its watchdog ends
+# its homing is not published, and it does not report that.
 HOMING_SLOPE = slope_of(1)
-"""The gentlest ramp that a drive knows, in counts/s²: on which one it brakes when its watchdog ends
-its homing is not published, and it does not report that."""
+# The longest time between two looks at drives that home, since a search takes seconds. Drives with
+# a short watchdog are asked as often as in motion, which feeds it.
 HOMING_POLL_S = 0.05
-"""The longest time between two looks at drives that home, since a search takes seconds. Drives with
-a short watchdog are asked as often as in motion, which feeds it."""
+# A drive that has homed counts from there, give or take what it turned as it braked.
 ZERO_COUNTS = COUNTS_PER_TURN // 8
-"""A drive that has homed counts from there, give or take what it turned as it braked."""
 
 
 def two_zeros_words(drive: MksDrive) -> str:

@@ -13,15 +13,15 @@ import math
 
 from armdrive.dialects.bus.questions import EPSILON_S, MUTE_POLLS, Questions
 
+# While other drives reply, a silent drive is asked again this often, or as slowly as it replies.
+# Frequent retries tell a few lost frames from a drive without power. Frames sent closer together
+# count as one question.
 RETRY_PERIOD_S = 0.01
-"""While other drives reply, a silent drive is asked again this often, or as slowly as it replies.
-Frequent retries tell a few lost frames from a drive without power. Frames sent closer together
-count as one question."""
+# Once a drive replies again, replies that are later than this will not come, as long as the other
+# drives reply in time.
 REPLY_GRACE_S = 0.12
-"""Once a drive replies again, replies that are later than this will not come, as long as the other
-drives reply in time."""
+# Unanswered questions that are closer together than this count as one.
 POLL_SPACING_S = 0.1
-"""Unanswered questions that are closer together than this count as one."""
 
 
 class Absence:

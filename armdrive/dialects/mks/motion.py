@@ -55,10 +55,10 @@ from armdrive.tasks import (
 )
 from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
 
+# A drive that stands short of its target at this many looks needs its order again.
 SHORT_LOOKS = 3
-"""A drive that stands short of its target at this many looks needs its order again."""
+# How much later than expected a motion may end.
 PATIENCE_S = 1.0
-"""How much later than expected a motion may end."""
 
 Action: TypeAlias = MksScript[None]
 

@@ -17,15 +17,15 @@ from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
 from armdrive.dialects.bus.questions import MUTE_POLLS
 from armdrive.dialects.mks.drive import MksDrive
 
+# No reply for this long although questions are open means a bus outage: a reply takes no longer
+# than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer:
+# see `Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply.
 OUTAGE_S = 0.06
-"""No reply for this long although questions are open means a bus outage: a reply takes no longer
-than `answer_s` (0.05 by default), and the adapter adds little. On a slow link it takes longer: see
-`Ledger.longest_wait_s`. But after `MAX_DELAY_S` nothing is sent on a bus that does not reply."""
+# If all drives are silent, they get this many polls: then the computer is usually late.
 SILENT_POLLS = 10
-"""If all drives are silent, they get this many polls: then the computer is usually late."""
+# If a drive has sent this many late readings in a row, and no drive a prompt one last, all replies
+# of this bus are late. An outage makes those to at most `SILENT_POLLS` polls late, no later ones.
 LATE_READINGS = 15
-"""If a drive has sent this many late readings in a row, and no drive a prompt one last, all replies
-of this bus are late. An outage makes those to at most `SILENT_POLLS` polls late, no later ones."""
 
 
 @dataclass(frozen=True, slots=True)

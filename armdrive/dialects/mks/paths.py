@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 from armdrive.dialects.bus.paths import PlannedPath
 
+# How much of the past path is kept: drives that lag may still be found there.
 KEPT_S = 1.0
-"""How much of the past path is kept: drives that lag may still be found there."""
+# Step widths of the search for a place on the path: first coarse, then fine.
 COARSE_S, FINE_S = 0.01, 0.001
-"""Step widths of the search for a place on the path: first coarse, then fine."""
 
 
 @dataclass(frozen=True, slots=True)

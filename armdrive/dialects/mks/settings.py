@@ -10,8 +10,8 @@ from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting, within
 from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
 
+# Only with these are the drive's speeds in rpm.
 MICROSTEPS = (16, 32, 64)
-"""Only with these are the drive's speeds in rpm."""
 _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 
 

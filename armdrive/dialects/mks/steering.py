@@ -29,23 +29,23 @@ from firmware_protocol.mks import (
 )
 from kinematics.spaces import Motors
 
+# Below this speed, a drive's target is only the end of the period, where it stands.
 SLOW_RPM = MIN_FINAL_RPM = 3
-"""Below this speed, a drive's target is only the end of the period, where it stands."""
+# Below this speed, or if it is behind, a drive's speed is chosen so that it arrives in time.
 CREEP_RPM = 32
-"""Below this speed, or if it is behind, a drive's speed is chosen so that it arrives in time."""
+# How much faster than planned a drive that is behind may turn: its joint may be planned at its
+# limit, coupled motors may add twice as much, and 1 rpm is the rounding error of a slow drive.
 CATCH_UP, CATCH_UP_RPM = 1.1, 1
-"""How much faster than planned a drive that is behind may turn: its joint may be planned at its
-limit, coupled motors may add twice as much, and 1 rpm is the rounding error of a slow drive."""
+# While a drive is behind the others, the path goes on at half its speed, and the drive at four
+# fifths of its own at most. So it comes nearer, and a joint that two motors turn by equal shares is
+# no faster than planned: neither while the drive waits where its path comes back, nor as it catches
+# up.
 APART_RATE, APART_CATCH_UP = 0.5, 0.8
-"""While a drive is behind the others, the path goes on at half its speed, and the drive at four
-fifths of its own at most. So it comes nearer, and a joint that two motors turn by equal shares is
-no faster than planned: neither while the drive waits where its path comes back, nor as it catches
-up."""
+# Drives are apart if no single time offset explains all positions within this share of what still
+# counts as on the path. On a link whose delays are equal, or vary by up to 0.04 s, they never are.
 APART_SHARE = 0.2
-"""Drives are apart if no single time offset explains all positions within this share of what still
-counts as on the path. On a link whose delays are equal, or vary by up to 0.04 s, they never are."""
+# An unchanged order is repeated after this many periods, so that a drive can reject it.
 REFRESH_PERIODS = 1.5
-"""An unchanged order is repeated after this many periods, so that a drive can reject it."""
 
 
 class ContourCheck:

@@ -40,20 +40,20 @@ from firmware_protocol.mks import (
 )
 from kinematics.text import counted
 
+# How often braking drives are polled, and get the stop again if they have not confirmed it.
 STOP_POLL_S = 0.02
-"""How often braking drives are polled, and get the stop again if they have not confirmed it."""
+# How long a set-point takes to return to its shaft, ramps excluded.
 RELIEF_S = 0.1
-"""How long a set-point takes to return to its shaft, ramps excluded."""
+# The speed limit of a shaft that comes free meanwhile.
 RELIEF_MAX_RPM = 300
-"""The speed limit of a shaft that comes free meanwhile."""
+# How often a drive is asked for its angle error: firmware without that answer costs the wait.
 RELIEF_TRIES = 2
-"""How often a drive is asked for its angle error: firmware without that answer costs the wait."""
+# A slow drive's ramp is at least this share of the steepest: it has corners to follow.
 MIN_RAMP_SHARE = 0.1
-"""A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
+# How much steeper than necessary a drive brakes at its target.
 BRAKING_MARGIN = 1.1
-"""How much steeper than necessary a drive brakes at its target."""
+# The longest time until an order takes effect: its frame, those before it, a late loop.
 ORDER_DELAY_S = 0.003
-"""The longest time until an order takes effect: its frame, those before it, a late loop."""
 
 
 class MksBraking(Braking[MksDrive]):

@@ -59,8 +59,8 @@ def scripts(ids: Sequence[int]) -> ScriptLoop[Event]:
 
 # The data of one drive. Nothing is set and nothing turns.
 
+# The current limit of every board except the SERVO57D.
 SMALL_MAX_MA = 3000
-"""The current limit of every board except the SERVO57D."""
 _LARGE_BOARDS = (3, 4)
 
 
@@ -161,10 +161,10 @@ _SETTINGS = (Code.MODE, Code.CURRENT, Code.MICROSTEPS, Code.REPLIES, Code.WATCHD
 # Whether drives share an id. Then each question has more than one answer, unless equal answers
 # begin in the same bit: those look like one on the bus.
 
+# Readings that hardly ever agree in two drives, because encoders tremble.
 TELLTALES: tuple[Read, ...] = (ReadEncoder(), ReadRawEncoder(), ReadAngleError())
-"""Readings that hardly ever agree in two drives, because encoders tremble."""
+# How often each of them is read.
 TELLTALE_READS = 3
-"""How often each of them is read."""
 
 
 def is_shared(io: MksExchange, node: int) -> MksScript[bool]:
@@ -183,10 +183,10 @@ def is_shared(io: MksExchange, node: int) -> MksScript[bool]:
 
 # The ids of a bus, one after the other.
 
+# Pause between questions; an answer takes a millisecond.
 ASK_S = 0.02
-"""Pause between questions; an answer takes a millisecond."""
+# How often an id is asked at most: one lost frame must not hide a drive.
 ROUNDS = 2
-"""How often an id is asked at most: one lost frame must not hide a drive."""
 
 
 def ask_round(io: MksExchange) -> MksScript[Survey[KnownDrive]]:

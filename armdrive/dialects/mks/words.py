@@ -115,8 +115,8 @@ def read_answer(frame: Frame, *, setting: bool = False) -> Answer | None:
         return None
 
 
+# The shortest frame: a code and a check byte.
 LEAST_BYTES = 2
-"""The shortest frame: a code and a check byte."""
 
 
 class MksFrameDescriber:
@@ -190,8 +190,8 @@ def _why_not(frame: Frame, check: FrameCheck) -> str:
 # Frames as messages of a recording, and how each is compared.
 
 _OF_ITSELF = frozenset({*SETTING_CODES, Code.VERSION})
+# Encoders tremble, and ends of motions may go unreported: only rest positions have to agree.
 _PASSING = frozenset({*MOTION_CODES, Code.ENCODER, Code.RAW_ENCODER, Code.SPEED, Code.ANGLE_ERROR})
-"""Encoders tremble, and ends of motions may go unreported: only rest positions have to agree."""
 
 
 def as_message(frame: Frame) -> Message:

@@ -55,10 +55,10 @@ from firmware_protocol.teachmover import Registers as RegistersRead
 from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
 
+# Characters of the longest row of a program; a CR takes the place of the last comma.
 LONGEST_ROW = len("-32768," * 8)
-"""Characters of the longest row of a program; a CR takes the place of the last comma."""
+# A dump that takes this many times as long as the longest possible one is no dump.
 OVERLONG_FACTOR = 2.0
-"""A dump that takes this many times as long as the longest possible one is no dump."""
 
 LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
 ANSWER = len("1\r")
@@ -66,17 +66,17 @@ LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
 HARMLESS = "a line that moves no arm"
+# Makes an Armdroid harmless that was taken for a TeachMover.
+#
+# An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
+# its motors. In this line, `25s` sets a slow speed and clears the Armdroid's accumulator, and the
+# first `d` clears its index. The five commas write zeros over the numbers of that motion, so that
+# the last `d` moves every motor by zero steps. A TeachMover does not understand the line and
+# answers `0`.
 HARMLESS_LINE = b"@25sd,,,,,d\r"
-"""Makes an Armdroid harmless that was taken for a TeachMover.
 
-An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
-its motors. In this line, `25s` sets a slow speed and clears the Armdroid's accumulator, and the
-first `d` clears its index. The five commas write zeros over the numbers of that motion, so that the
-last `d` moves every motor by zero steps. A TeachMover does not understand the line and answers `0`.
-"""
-
+# Timeout for the answer to the first line, beyond its time on the wire.
 CONTACT_S = 0.25
-"""Timeout for the answer to the first line, beyond its time on the wire."""
 
 
 class TeachMoverController(ScriptRunner[HostEvent]):

@@ -136,8 +136,8 @@ def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
 # written back unchanged.
 
 FORMAT_LINE = "armdrive pendant program 1"
+# A larger file is no program.
 LARGEST_BYTES = 1_000_000
-"""A larger file is no program."""
 
 HEADING = """\
 # The program in the memory of {arm}, as it was read {when}.
@@ -308,6 +308,7 @@ def places(config: ArmConfig, program: PendantProgram) -> tuple[RowPlace, ...]:
     return tuple(found)
 
 
+# The functions for a TeachMover's program memory, for the registry entry.
 PENDANT = PendantTools(
     from_words=PendantProgram.from_words,
     row=move_row,
@@ -317,4 +318,3 @@ PENDANT = PendantTools(
     places=places,
     largest_bytes=LARGEST_BYTES,
 )
-"""The functions for a TeachMover's program memory, for the registry entry."""

@@ -43,8 +43,8 @@ from firmware_protocol.teachmover.messages import (
     encode_command,
 )
 
+# The motors' names in the order of `@STEP` and `@READ`.
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
-"""The motors' names in the order of `@STEP` and `@READ`."""
 
 _STATUS: Mapping[Status, str] = MappingProxyType(
     {

@@ -21,18 +21,18 @@ from kinematics.spaces import Joints, Pose
 HALVINGS = 9  # bisection steps: a bound is found to 1/512 of the distance ahead
 REACH_HALVINGS = 16  # at the edge of the reach, the last steps of a joint move the tip by microns
 
+# A speed for each axis, the gripper last: in rad/s and mm/s, or as shares of full speed.
 Rates = tuple[float, ...]
-"""A speed for each axis, the gripper last: in rad/s and mm/s, or as shares of full speed."""
 
 Span = tuple[float, float]
 
+# The space and the frame of a jog.
 Kind = tuple[Space, str]
-"""The space and the frame of a jog."""
 
 # The axes of a jog: their names, their full speeds and their ranges.
 
+# Full speed of pitch, roll and yaw in a Cartesian jog, before joint limits slow it.
 ANGULAR_JOG_RAD_S = math.radians(45.0)
-"""Full speed of pitch, roll and yaw in a Cartesian jog, before joint limits slow it."""
 
 UNBOUNDED: Span = (-math.inf, math.inf)
 

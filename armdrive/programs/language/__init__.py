@@ -10,5 +10,5 @@ Which file decides what:
     compiling  the whole program: names, blocks, and the list of instructions
 """
 
+# How the name of a program's file ends.
 ENDING = ".arm"
-"""How the name of a program's file ends."""

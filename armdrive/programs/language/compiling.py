@@ -55,14 +55,13 @@ from armdrive.programs.language.writing import written
 from armdrive.programs.problems import Problem, SourceMark
 from kinematics.errors import suggestion
 
+# The instructions that are not words: set a name; jump if a condition is off; jump in any case;
+# begin to count a loop's rounds; begin the next round, or leave the loop; call a subprogram with
+# values for its parameters.
 ASSIGN, UNLESS, JUMP, ROUNDS, ROUND, CALL = "=", "unless", "jump", "rounds", "round", "call"
-"""The instructions that are not words: set a name; jump if a condition is off; jump in any case;
-begin to count a loop's rounds; begin the next round, or leave the loop; call a subprogram with
-values for its parameters.
-"""
 
+# Words after which no other instruction follows.
 RETURN, STOP = "return", "stop"
-"""Words after which no other instruction follows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,8 +101,8 @@ class CompiledCode:
     points: Mapping[str, SourceMark]
 
 
+# The instructions of a program that has not been checked yet.
 NO_CODE = CompiledCode((), {}, {})
-"""The instructions of a program that has not been checked yet."""
 
 
 def checked(
@@ -353,8 +352,8 @@ def _no_label(name: str, labels: frozenset[str]) -> str:
 # certainly sets, and those that must be set before it (Aho, Lam, Sethi and Ullman, Compilers,
 # section 9.2.5, with summaries for calls).
 
+# Names without a value where they are used, to the line of a call that leads there.
 _Needs = dict[tuple[str, SourceMark], int | None]
-"""Names without a value where they are used, to the line of a call that leads there."""
 
 
 class _Settled:

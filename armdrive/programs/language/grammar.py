@@ -47,6 +47,7 @@ from kinematics.errors import suggestion
 
 # Sentences about a line that cannot be read.
 
+# Words of other languages and of older programs, and what to write instead.
 FOREIGN: Mapping[str, str] = MappingProxyType({
     "for": "`repeat 3 as i`",
     "elif": "`else if`",
@@ -65,12 +66,12 @@ FOREIGN: Mapping[str, str] = MappingProxyType({
     "let": "`x = 3`",
     "set": "`x = 3`",
 })  # fmt: skip
-"""Words of other languages and of older programs, and what to write instead."""
 
 _CHANGES = (":=", "+=", "-=", "*=", "/=")
 
 _FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
 
+# Names of the terminals that the parser expects; "" for those that would only be noise.
 _EXPECTED: Mapping[str, str] = MappingProxyType({
     "NUMBER": "a value", "PERCENT": "a value", "TEXT": "a value", "TRUTH": "a value",
     "JOINTS": "a value", "LPAR": "", "NOT": "a value", "MINUS": "",
@@ -79,15 +80,14 @@ _EXPECTED: Mapping[str, str] = MappingProxyType({
     "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
     "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
 })  # fmt: skip
-"""Names of the terminals that the parser expects; "" for those that would only be noise."""
 
+# Sentences about words that the parser takes, but not where they are.
 _MISPLACED: Mapping[str, str] = MappingProxyType({
     "END": "this `end` ends nothing",
     "ELSE": "this `else` belongs to no `if`; nothing comes after `else` but `end`",
     "ELSEIF": "this `else` belongs to no `if`; nothing comes after `else` but `end`",
     "DEFINE": "a subprogram cannot be defined within a block",
 })  # fmt: skip
-"""Sentences about words that the parser takes, but not where they are."""
 
 
 def mistake(
@@ -166,17 +166,17 @@ def _wanted(expected: set[str]) -> str:
 
 # Making the parts of a program as the parser finds them.
 
+# The operator of each spelling.
 SIGNS: Mapping[str, str] = MappingProxyType(
     {spelt: row.name for row in OPERATORS.values() for spelt in (row.name, *row.also)}
 )
-"""The operator of each spelling."""
 
 _TRUE = ("on", "true")
 
 _Body: TypeAlias = tuple[Statement, ...]
 _Branches: TypeAlias = tuple[IfBranch, ...]
+# One of `into`, `by` and `within` with its values.
 _Link: TypeAlias = tuple[str, tuple[Expression, ...]]
-"""One of `into`, `by` and `within` with its values."""
 
 
 @v_args(inline=True)
@@ -345,23 +345,23 @@ def _noted(line: Statement, note: str) -> Statement:
 
 # Reading line by line.
 
+# Characters. A longer line is a generator's mistake, and takes seconds to read.
 LONGEST_LINE = 10_000
-"""Characters. A longer line is a generator's mistake, and takes seconds to read."""
 
+# A longer text is not a program, and reading it could take minutes.
 MOST_LINES = 10_000
-"""A longer text is not a program, and reading it could take minutes."""
 
+# The most levels of blocks.
 DEEPEST_BLOCK = 30
-"""The most levels of blocks."""
 
+# Operators and brackets of a line. Each may nest a value one level deeper.
 MOST_OPERATORS = 60
-"""Operators and brackets of a line. Each may nest a value one level deeper."""
 
 _NESTING = frozenset({
     "LPAR", "PLUS", "MINUS", "TIMES", "OVER", "COMPARE", "AND", "OR", "NOT", "DOT",
 })  # fmt: skip
+# The terminals that begin a block.
 _OPENING = ("IF", "WHILE", "REPEAT", "DEFINE")
-"""The terminals that begin a block."""
 
 _HEAD = re.compile(rf"\s*({'|'.join(_OPENING)})(?!\w)", re.IGNORECASE)
 

@@ -23,11 +23,11 @@ from armdrive.programs.language.words import (
 )
 from armdrive.programs.problems import SourceMark
 
+# The mark of what was not read from a text.
 NOWHERE = SourceMark(1)
-"""The mark of what was not read from a text."""
 
+# The form of a program's names. Capitals do not matter, in names as in words.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
-"""The form of a program's names. Capitals do not matter, in names as in words."""
 
 _BREAKS = ("\n", "\r")
 

@@ -14,8 +14,8 @@ from armdrive.text.numbers import speed_refusal
 from kinematics.spaces import POSE_FIELDS, Pose
 from kinematics.text import plain
 
+# Returns the pose of an arm for the angles of all joints (deg, by name).
 ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
-"""Returns the pose of an arm for the angles of all joints (deg, by name)."""
 
 
 class LineFailure(Exception):
@@ -61,8 +61,8 @@ def pose_of(place: PlaceValue, fk: ForwardKinematics | None) -> Pose:
     return fk(place.joints_deg)
 
 
+# A number of this size is shown as 1e+15, since further digits would mean nothing.
 LONGEST_SHOWN = 1e15
-"""A number of this size is shown as 1e+15, since further digits would mean nothing."""
 
 
 def value_text(value: Value) -> str:
@@ -135,6 +135,7 @@ def _over(value: float, divisor: float) -> float:
     return value / divisor
 
 
+# The functions and operators of numbers alone.
 NUMERIC: Mapping[str, Callable[..., float | bool]] = MappingProxyType({
     "+": operator.add,
     "-": operator.sub,
@@ -157,7 +158,6 @@ NUMERIC: Mapping[str, Callable[..., float | bool]] = MappingProxyType({
     "floor": lambda value: float(math.floor(value)),
     "round": lambda value: float(math.floor(value + 0.5)),
 })  # fmt: skip
-"""The functions and operators of numbers alone."""
 
 
 def moved(found: Pose, x_mm: float, y_mm: float, z_mm: float) -> Pose:
@@ -200,10 +200,10 @@ def _above(values: Sequence[Value], fk: ForwardKinematics | None) -> PlaceValue:
     return _shifted((values[0], 0.0, 0.0, values[1]), fk)
 
 
+# The functions that return places.
 PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], PlaceValue]] = (
     MappingProxyType({"at": _at, "shifted": _shifted, "above": _above})
 )
-"""The functions that return places."""
 
 
 def computed(name: str, values: Sequence[Value], fk: ForwardKinematics | None) -> Value:

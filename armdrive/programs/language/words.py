@@ -136,6 +136,7 @@ GOING_ON = (
     Word("continue", (), "Begin the next round of the innermost loop.", "continue"),
 )  # fmt: skip
 
+# The words by subject.
 GROUPS: Mapping[str, tuple[Word, ...]] = MappingProxyType({
     "Moving": MOVING,
     "Fingers": FINGERS,
@@ -143,20 +144,19 @@ GROUPS: Mapping[str, tuple[Word, ...]] = MappingProxyType({
     "Waiting, inputs and outputs": WAITING,
     "Going on": GOING_ON,
 })  # fmt: skip
-"""The words by subject."""
 
+# Every word, in its present spelling.
 WORDS: Mapping[str, Word] = MappingProxyType(
     {word.name: word for words in GROUPS.values() for word in words}
 )
-"""Every word, in its present spelling."""
 
+# The present spelling of every spelling.
 SPELLINGS: Mapping[str, str] = MappingProxyType(
     {spelt: word.name for word in WORDS.values() for spelt in (word.name, *word.old)}
 )
-"""The present spelling of every spelling."""
 
+# The words between the values of a word.
 LINKS = ("into", "by", "within")
-"""The words between the values of a word."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,6 +168,7 @@ class WordForm:
     says: str
 
 
+# The lines that shape a program.
 FORMS = (
     WordForm("point", "point NAME = PLACE", "Give a place a name."),
     WordForm("=", "NAME = VALUE", "Give a value a name."),
@@ -187,10 +188,9 @@ FORMS = (
              "around it. Loops read better."),
     WordForm("#", "# anything", "A comment, up to the end of the line."),
 )  # fmt: skip
-"""The lines that shape a program."""
 
+# The first words of the lines that shape a program.
 SHAPES = (*(form.name for form in FORMS if form.name.isalpha()), "else")
-"""The first words of the lines that shape a program."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,6 +213,7 @@ _ONE = (Slot("number"),)
 _TWO = (Slot("number"), Slot("number"))
 _SOME = (Slot("number", many=True),)
 
+# Every function except `joints(base 0, ...)`, which has a form of its own.
 FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     Function("at", (*ALONG, Slot("pitch in deg"), Slot("roll in deg", optional=True),
                     Slot("yaw in deg, for arms of six joints", optional=True)),
@@ -242,7 +243,6 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     Function("round", _ONE, ValueKind.NUMBER, "The nearest whole number; halves go up.",
              "round(2.5)"),
 )})  # fmt: skip
-"""Every function except `joints(base 0, ...)`, which has a form of its own."""
 
 
 def _operator(
@@ -253,9 +253,10 @@ def _operator(
 
 
 _NUMBER, _TRUTH, _ANY = ValueKind.NUMBER, ValueKind.TRUTH, ValueKind.ANY
+# The name of the operator `-` before a value.
 NEGATIVE = "-x"
-"""The name of the operator `-` before a value."""
 
+# Every operator, the weakest first: a stronger one binds more closely.
 OPERATORS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     _operator("or", 1, _TRUTH, _TRUTH),
     _operator("and", 2, _TRUTH, _TRUTH),
@@ -272,27 +273,26 @@ OPERATORS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     _operator("/", 6, _NUMBER, _NUMBER),
     _operator(NEGATIVE, 7, _NUMBER, _NUMBER, values=1),
 )})  # fmt: skip
-"""Every operator, the weakest first: a stronger one binds more closely."""
 
+# How closely all comparisons bind; they cannot be chained.
 COMPARES = OPERATORS["=="].strength
-"""How closely all comparisons bind; they cannot be chained."""
 
+# The parts of a place, such as `pick.x`.
 PARTS: Mapping[str, Function] = MappingProxyType(
     {f".{name}": Function(f".{name}", (PLACE,), _NUMBER, strength=8) for name in POSE_FIELDS}
 )
-"""The parts of a place, such as `pick.x`."""
 
+# Everything that makes a value of values, under the name that `Use` has for it.
 CALLABLE: Mapping[str, Function] = MappingProxyType({**FUNCTIONS, **OPERATORS, **PARTS})
-"""Everything that makes a value of values, under the name that `Use` has for it."""
 
+# The name of the place where the arm stands.
 HERE = "here"
-"""The name of the place where the arm stands."""
 
+# Names that a program cannot use for its own values, labels and subprograms.
 RESERVED = frozenset({
     "and", "or", "not", "is", "true", "false", "on", "off", HERE, "joints", "then", "as", "elseif",
     "eq", "ne", "lt", "le", "gt", "ge", *SHAPES, *LINKS, *SPELLINGS, *FUNCTIONS,
 })  # fmt: skip
-"""Names that a program cannot use for its own values, labels and subprograms."""
 
 
 # Texts made from the vocabulary: the help of the shell; docs/generated.py makes tables of it.

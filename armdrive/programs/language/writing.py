@@ -26,8 +26,8 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.words import COMPARES, NEGATIVE, OPERATORS, PARTS
 
+# The indentation of each block.
 INDENT = "  "
-"""The indentation of each block."""
 
 
 def unparse(tree: Tree) -> str:

@@ -34,8 +34,8 @@ from kinematics.spaces import Joints
 
 # The lines of a program as they are taught, one after another.
 
+# What the fingers do, besides going to an opening in mm.
 GRIPS = ("open", "close", "grasp")
-"""What the fingers do, besides going to an opening in mm."""
 
 
 class TaughtLines:
@@ -105,8 +105,8 @@ def _speed_at_end(tree: Tree) -> float | None:
             return None
 
 
+# The largest difference between equal postures: less than a step of any of these arms.
 SAME_DEG = 0.05
-"""The largest difference between equal postures: less than a step of any of these arms."""
 
 RESTING = "standby"
 

@@ -236,8 +236,8 @@ class BusLine(DeviceLine):
 # frames pass as one. Different frames destroy each other until one drive's controller has counted
 # enough errors to yield; then they come late and one after the other.
 
+# Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1).
 COLLISION_S = 0.004
-"""Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
 
 
 class ReadyFrame(NamedTuple):

@@ -18,10 +18,10 @@ from firmware_protocol.canopen import Place, SetPoint
 
 TO_SWITCH = MappingProxyType({17: -1, 18: 1})
 IN_PLACE = (35, 37)
+# Homing methods (6098): 17 goes down to the negative limit switch, 18 up to the positive one, and
+# slowly back until it opens; 35 and 37 take the present position as home. The position at home then
+# is the offset in 607C. A motor has one limit switch: a search for the other one finds nothing.
 METHODS = frozenset((0, *TO_SWITCH, *IN_PLACE))
-"""Homing methods (6098): 17 goes down to the negative limit switch, 18 up to the positive one, and
-slowly back until it opens; 35 and 37 take the present position as home. The position at home then
-is the offset in 607C. A motor has one limit switch: a search for the other one finds nothing."""
 _USUAL_SLOPE, _USUAL_SPEED, _USUAL_WINDOW = 100_000, 1000, 10
 _MS_POWER = -3
 _SHORTEST_S = 1e-4

@@ -32,8 +32,8 @@ NMT, SYNC = canopen.cob_id(canopen.Service.NMT), canopen.cob_id(canopen.Service.
 _SDO, _HEARTBEAT = 0x600, 0x700
 _HEARTBEATS = range(0x701, 0x780)
 _ROUNDING = 1e-6
+# When the boot-up message comes after power or a reset, and after one of the communication.
 BOOT_S, RESET_S = 0.5, 0.02
-"""When the boot-up message comes after power or a reset, and after one of the communication."""
 
 
 class Cia402Node:
@@ -390,8 +390,8 @@ class SavedCia402Drive:
 # The EDS gives each object's type and access. A row adds the values that it may have, what a write
 # causes, and what a read measures.
 
+# The bit of the limit switch in 60FD: the negative one is bit 0, the positive one bit 1.
 _LIMIT_BITS = MappingProxyType({-1: 0, 1: 1})
-"""The bit of the limit switch in 60FD: the negative one is bit 0, the positive one bit 1."""
 _WRAP = 1 << 32
 _ABOVE_ZERO = range(1, 1 << 32)
 
@@ -411,6 +411,7 @@ def _wrapped(count: int) -> int:
 
 
 # fmt: off
+# Objects that arrive together act in this order: the mode before the controlword.
 OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
     canopen.QUICK_STOP_OPTION: ObjectRow(
         frozenset(canopen.QuickStopOption), lambda node, _: node.states.set_quick_stop()),
@@ -442,7 +443,6 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
         tells=lambda node, _: node.motor.switch.pressed << _LIMIT_BITS[node.motor.switch.way]),
 })
 # fmt: on
-"""Objects that arrive together act in this order: the mode before the controlword."""
 READINGS: Mapping[Place, Callable[[Cia402Node, float], int]] = MappingProxyType(
     {place: row.tells for place, row in OBJECTS.items() if row.tells is not None}
 )

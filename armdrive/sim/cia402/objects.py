@@ -19,8 +19,8 @@ from firmware_protocol.canopen import (
 from firmware_protocol.errors import ProtocolError
 
 EDS = "cia402.eds"
+# The indices that a reset of the communication restores.
 COMMUNICATION = range(0x1000, 0x2000)
-"""The indices that a reset of the communication restores."""
 
 
 @cache

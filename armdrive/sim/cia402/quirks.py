@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from armdrive.text.toml import setting
 
 PROFILE = 402
+# The bit rates of CiA 301.
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
-"""The bit rates of CiA 301."""
 _UNKNOWN = "not measured on any real drive"
 
 
@@ -58,6 +58,7 @@ class Cia402Quirks:
         source="depends on the encoder: absolute ones keep it, incremental ones do not")
 
 
+# What cannot be chosen: name, what drives do, source.
 ALWAYS: tuple[tuple[str, str, str], ...] = (
     ("answers", "a drive has a frame ready after 1 ms", f"guess: {_UNKNOWN}"),
     ("boots", "the boot-up message comes 0.5 s after power or a reset", f"guess: {_UNKNOWN}"),
@@ -81,5 +82,4 @@ ALWAYS: tuple[tuple[str, str, str], ...] = (
     ("beats_together", "drives with the same heartbeat period send at the same moments",
      "guess: a simplification that saves the simulation wake-ups"),
 )
-"""What cannot be chosen: name, what drives do, source."""
 # fmt: on

@@ -23,37 +23,37 @@ PDO_TOO_SHORT = 0x8210
 TOO_FAR_BEHIND = 0x8611
 LIMIT_REACHED = 0x8612
 
+# The kind of an error by the first digit of its code; all others are of the profile.
 _KINDS = {
     0x2: canopen.ErrorRegister.CURRENT,
     0x3: canopen.ErrorRegister.VOLTAGE,
     0x4: canopen.ErrorRegister.TEMPERATURE,
 }
-"""The kind of an error by the first digit of its code; all others are of the profile."""
 _OF_TALK = range(0x8100, 0x8300)
 _FAULT_RESET = 15
+# The braking ramp for each option of 605A; other options use none.
 _QUICK_STOP_RAMPS = {
     QuickStopOption.RAMP: canopen.PROFILE_DECELERATION,
     QuickStopOption.RAMP_AND_STAY: canopen.PROFILE_DECELERATION,
     QuickStopOption.QUICK_RAMP: canopen.QUICK_STOP_DECELERATION,
     QuickStopOption.QUICK_RAMP_AND_STAY: canopen.QUICK_STOP_DECELERATION,
 }
-"""The braking ramp for each option of 605A; other options use none."""
 _FREE_AT_ONCE, _BY_QUICK_RAMP = 0, 2
+# The braking ramp for options of 605E, if it is not that of the quick stop.
 _FAULT_RAMPS = {1: canopen.PROFILE_DECELERATION}
-"""The braking ramp for options of 605E, if it is not that of the quick stop."""
 _FAULT = 1
+# The reactions to a missing master (6007), besides nothing and a fault.
 _REACTIONS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
-"""The reactions to a missing master (6007), besides nothing and a fault."""
 _FAULTY = (DriveState.FAULT, DriveState.FAULT_REACTION)
 _OBEYING = (DriveState.ENABLED, DriveState.QUICK_STOP)
 _UNWATCHED = 0xFFFF_FFFF
 _OF_MODE = StatusBit.REACHED | StatusBit.ACKNOWLEDGED
 _OF_MODE_MASK = int(_OF_MODE)
+# What the end of a motion means in these states.
 _ENDS = {
     DriveState.FAULT_REACTION: Happening.REACTED,
     DriveState.QUICK_STOP: Happening.QUICK_STOPPED,
 }
-"""What the end of a motion means in these states."""
 
 
 class Cia402States:

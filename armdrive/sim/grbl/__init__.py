@@ -35,12 +35,12 @@ from kinematics.transmission import Transmission
 # --- What the board would trip over in an arm file -----------------------------------------------
 # What the driver would trip over as well, `fitting` finds.
 
+# The range of a setting per axis: three decimals are stored, and a float holds few more digits.
 LEAST, MOST = 0.001, 1e9
-"""The range of a setting per axis: three decimals are stored, and a float holds few more digits."""
+# More than a thousand turns of a joint.
 FARTHEST_RAD = 1e4
-"""More than a thousand turns of a joint."""
+# The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position).
 FARTHEST_STEPS = 2**31
-"""The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position)."""
 
 _AXIS_SETTINGS = {
     keys.STEPS_PER_UNIT: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
@@ -79,10 +79,10 @@ def _check_settings(values: Mapping[int, float], letters: str, axes: str) -> Non
 
 
 MPOS_AND_BUFFERS = 3
+# The speeds of homing, as shares of an axis's own maximum rate.
 SEEK_SHARE, FEED_SHARE = 0.5, 0.05
-"""The speeds of homing, as shares of an axis's own maximum rate."""
+# How far axes back off their switches, as a share of the travel.
 PULL_OFF_SHARE = 0.005
-"""How far axes back off their switches, as a share of the travel."""
 
 
 def motor_letters(config: ArmConfig) -> str:

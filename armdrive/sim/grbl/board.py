@@ -59,10 +59,10 @@ from kinematics.spaces import Motors
 # Infinity means "until something happens": such a script checks again after every event.
 
 T = TypeVar("T")
+# A line being executed; it returns its reply.
 Script: TypeAlias = Generator[float, None, Ok | Error]
-"""A line being executed; it returns its reply."""
+# A start-up sequence.
 Boot: TypeAlias = Generator[float, None, None]
-"""A start-up sequence."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,15 +124,15 @@ class BoardScript(Generic[T]):
 # Source: gnea/grbl grbl/report.c and config.h: WCO comes with every 30th report in motion and every
 # 10th at rest, Ov with every 20th and 10th, and both at once after a change.
 
+# The minimum time between reports. Several requests within it get one report.
 GAP_S = 0.005
-"""The minimum time between reports. Several requests within it get one report."""
+# The input bits: probe, door, feed hold, cycle start, reset.
 PINS = "PDHSR"
-"""The input bits: probe, door, feed hold, cycle start, reset."""
 _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2
+# The parts of a report by their bits in $10 (`$ES`, setting 10).
 _FEED, _PINS, _OFFSET, _OVERRIDES = 8, 16, 32, 64
-"""The parts of a report by their bits in $10 (`$ES`, setting 10)."""
 
 
 class StatusReporter:
@@ -238,8 +238,8 @@ def _pins(board: GrblBoard) -> str | None:
 # The firmware's interrupt fires on both edges of every switch, so backing off a switch raises an
 # alarm too. Source: gnea/grbl grbl/limits.c.
 
+# How often the switches are checked during motion.
 TICK_S = 0.005
-"""How often the switches are checked during motion."""
 
 
 class HardLimits:
@@ -474,8 +474,8 @@ class UnreadCommands:
 
 # --- The board ------------------------------------------------------------------------------------
 
+# Bytes put into the ring before the main loop runs: fewer than the smallest ring holds.
 READ_AT_ONCE = 64
-"""Bytes put into the ring before the main loop runs: fewer than the smallest ring holds."""
 COUNT_MOST = (1 << 31) - 1
 _PIN_ORDERS = {"H": Realtime.FEED_HOLD, "S": Realtime.RESUME, "R": Realtime.SOFT_RESET}
 _LOCKED = (State.ALARM, State.SLEEP)

@@ -27,10 +27,10 @@ from firmware_protocol.grbl import (
 # pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
+# A part of a script; it returns 0, or an error number.
 Steps = Generator[float, None, int]
-"""A part of a script; it returns 0, or an error number."""
+# A part of a script that only waits.
 Waits = Generator[float, None, None]
-"""A part of a script that only waits."""
 
 
 def write_eeprom(board: GrblBoard) -> Waits:
@@ -283,6 +283,10 @@ def _set(board: GrblBoard, command: SetSetting) -> Steps:
 _STILL = (State.IDLE, State.ALARM)
 _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOLD))
 _Action = tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]
+# The states in which a command is accepted (all if none is listed), and its action.
+#
+# The action runs at once, or in steps. Start-up lines, notes, factory resets, coordinate systems
+# and help are not built in.
 _COMMANDS: Mapping[SystemCommand | type, _Action] = MappingProxyType(
     {
         SystemCommand.QUERY_SETTINGS: (_NO_CYCLE, _settings),
@@ -295,8 +299,3 @@ _COMMANDS: Mapping[SystemCommand | type, _Action] = MappingProxyType(
         SetSetting: (_STILL, _set),
     }
 )
-"""The states in which a command is accepted (all if none is listed), and its action.
-
-The action runs at once, or in steps. Start-up lines, notes, factory resets, coordinate systems and
-help are not built in.
-"""

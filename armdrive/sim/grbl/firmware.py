@@ -18,8 +18,8 @@ from types import MappingProxyType
 from armdrive.sim.mechanics.planner import PathLimits, Stepping
 from firmware_protocol.grbl import FLUIDNC, GRBL, GRBLHAL, Banner, Dialect, State, Variant, keys
 
+# How far homing seeks a switch, in travels, and how far it approaches it again, in pull-offs.
 SEARCH, LOCATE = 1.5, 5.0
-"""How far homing seeks a switch, in travels, and how far it approaches it again, in pull-offs."""
 _ANY_BIT = 255
 
 
@@ -125,8 +125,8 @@ class SettingPaths:
 
 
 _AXIS_PATH = re.compile(r"axes/([a-z])/([\w/]+)")
+# No slower than a 16-bit timer of a processor at 16 MHz, its clock divided by 8, can count.
 _AVR_STEPPING = Stepping(5, 1e-3, 16e6 / (8 * 65535))
-"""No slower than a 16-bit timer of a processor at 16 MHz, its clock divided by 8, can count."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -339,8 +339,8 @@ class Firmware:
         return {**values, **self.needs, keys.HOMING: homing}
 
 
+# The factory's mask of grblHAL's reports; GRBL's has two bits only.
 _EVERYTHING = 511
-"""The factory's mask of grblHAL's reports; GRBL's has two bits only."""
 
 
 _FIRMWARES = (
@@ -482,8 +482,8 @@ _FIRMWARES = (
         ),
     ),
 )
+# Every firmware by the name that the option takes.
 FIRMWARES: Mapping[str, Firmware] = MappingProxyType({one.name: one for one in _FIRMWARES})
-"""Every firmware by the name that the option takes."""
 
 
 # --- The settings `$0` to `$132` and beyond, as the board's EEPROM holds them --------------------

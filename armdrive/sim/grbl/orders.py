@@ -44,10 +44,10 @@ from firmware_protocol.grbl import (
 )
 
 _SYNCHRONISED = {Group.COOLANT, Group.DWELL, Group.FLOW}
+# How long a restart takes: from a soft reset, or the end of its alarm, to the banner.
 RESTART_S = 5e-3
-"""How long a restart takes: from a soft reset, or the end of its alarm, to the banner."""
+# A planned line that a jog cancel removed; it is answered with ok.
 _CANCELLED = -1
-"""A planned line that a jog cancel removed; it is answered with ok."""
 
 
 def run_line(board: GrblBoard, line: LineReceived) -> Script:
@@ -440,6 +440,7 @@ def _override(board: GrblBoard, step: int) -> None:
 
 
 _STATUS = (Realtime.STATUS, Realtime.STATUS_ALIAS, Realtime.FULL_STATUS)
+# By how much an override changes, in per cent; 0 ends it.
 _OVERRIDES = {
     Realtime.FEED_100: 0,
     Realtime.FEED_PLUS_10: 10,
@@ -447,7 +448,6 @@ _OVERRIDES = {
     Realtime.FEED_PLUS_1: 1,
     Realtime.FEED_MINUS_1: -1,
 }
-"""By how much an override changes, in per cent; 0 ends it."""
 
 _ORDERS: Mapping[Realtime, Callable[[GrblBoard], None]] = MappingProxyType(
     {

@@ -22,12 +22,12 @@ from typing import NamedTuple
 
 _ROUNDING = 1e-9  # tolerance for floating-point rounding
 
+# How often the arm's path is sampled, because it is not straight.
 LOOK_S = 0.1
-"""How often the arm's path is sampled, because it is not straight."""
+# How often a board without a grid serves its motors: no command acts at once.
 LOOP_S = 0.0001
-"""How often a board without a grid serves its motors: no command acts at once."""
+# Austin's correction of the first pause.
 FIRST_PAUSE = 0.676
-"""Austin's correction of the first pause."""
 
 
 class _Moment(NamedTuple):

@@ -18,8 +18,8 @@ from armdrive.sim.world.body import ArmBody
 from kinematics.spaces import Motors
 from kinematics.transmission import Transmission
 
+# Tolerance for floating-point rounding, as a share of a step.
 _ROUNDING = 1e-6
-"""Tolerance for floating-point rounding, as a share of a step."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from armdrive.sim.mechanics.profiles import Part, ProfilePiece, trapezoid
 from kinematics.spaces import Motors
 
+# Lines whose directions' cosine differs from 1 or -1 by less than this are parallel or opposite.
 _STRAIGHT = 1e-6
-"""Lines whose directions' cosine differs from 1 or -1 by less than this are parallel or opposite.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,9 +231,8 @@ def _lay(
 # st_prep_buffer).
 
 SEGMENT_S = 0.01  # GRBL's ACCELERATION_TICKS_PER_SECOND of 100 (gnea/grbl grbl/config.h)
+# A segment lasts until its busiest motor has made this many steps per 10 ms, or to the line's end.
 STEPS_A_SEGMENT = 1.25
-"""A segment lasts until its busiest motor has made this many steps per 10 ms, or to the line's end.
-"""
 
 
 @dataclass(frozen=True, slots=True)

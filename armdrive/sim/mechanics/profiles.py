@@ -114,8 +114,8 @@ def to_goal(
     return AxisProfile(pieces, goal)
 
 
+# Speed, acceleration and duration of a part of a path.
 Part: TypeAlias = tuple[float, float, float]
-"""Speed, acceleration and duration of a part of a path."""
 
 
 def trapezoid(

@@ -174,12 +174,12 @@ def at_rate(
 # A closed-loop motor makes up for what it has lost, as far as the arm lets it. Counts are those of
 # the world's motors, or of their shafts where there is backlash between the two.
 
+# How often a moving arm is updated so that its shafts follow.
 LOOK_S = 0.02
-"""How often a moving arm is updated so that its shafts follow."""
+# How old the shafts' positions may be when no caller asks for them.
 SLACK_S = 0.005
-"""How old the shafts' positions may be when no caller asks for them."""
+# How often the arm is updated while a shaft is off its set-point.
 WATCH_S = 0.01
-"""How often the arm is updated while a shaft is off its set-point."""
 
 
 class ShaftPoints:

@@ -22,6 +22,8 @@ from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Code, Outco
 
 S = TypeVar("S", bound=mks.Setting)
 
+# The settings of a new drive, which belongs to no group. Where the manual gives no number, it is a
+# common one.
 FACTORY: tuple[mks.Setting, ...] = (
     mks.SetMode(mks.Mode.PULSE_FOC),
     mks.SetCurrent(1600),
@@ -37,10 +39,8 @@ FACTORY: tuple[mks.Setting, ...] = (
     mks.SetId(1),
     mks.SetReplies(mks.ReplyMode.FULL),
 )
-"""The settings of a new drive, which belongs to no group. Where the manual gives no number, it is a
-common one."""
+# Full steps in one turn of the motor.
 FULL_STEPS = 200
-"""Full steps in one turn of the motor."""
 
 
 class Flash:
@@ -115,8 +115,8 @@ def _read(code: Code, text: str) -> mks.Setting:
 
 # --- Speeds and states ---------------------------------------------------------------------------
 
+# The speed at which a shaft catches up with its set-point, in counts a second: its top speed.
 MAKES_UP = mks.SPEED_MAX_RPM * COUNTS_S_PER_RPM
-"""The speed at which a shaft catches up with its set-point, in counts a second: its top speed."""
 
 
 def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
@@ -130,20 +130,21 @@ def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:
 
 # --- A motion ------------------------------------------------------------------------------------
 
+# A ramp of 1000 rpm a second, for requests that give none.
 HOMING_ACC = 236
-"""A ramp of 1000 rpm a second, for requests that give none."""
 CALIBRATION_RPM = 30
+# The speed after a new target with `retarget_creeps`: 600 degrees in 2.5 s were observed.
 CREEP_RPM = 40
-"""The speed after a new target with `retarget_creeps`: 600 degrees in 2.5 s were observed."""
+# The distance from its set-point at which a shaft stalls.
 STALL_COUNTS = round(COUNTS_PER_TURN / 10)
-"""The distance from its set-point at which a shaft stalls."""
+# A shaft that is too far from its set-point for this long has stalled.
 STALL_S = 0.05
-"""A shaft that is too far from its set-point for this long has stalled."""
+# The unit of the threshold of arrival, in a turn.
 ARRIVAL_PER_TURN = 65_536
-"""The unit of the threshold of arrival, in a turn."""
+# The homing method that runs against a mechanical stop; 0 searches for the switch.
 AGAINST_A_STOP = 1
-"""The homing method that runs against a mechanical stop; 0 searches for the switch."""
 
+# The target of each kind of move; `pulse` is one pulse in counts.
 _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType(
     {
         mks.MoveAbsoluteAxis: lambda motor, order, _: motor.zero + order.counts,
@@ -156,7 +157,6 @@ _GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType
         ),
     }
 )
-"""The target of each kind of move; `pulse` is one pulse in counts."""
 
 
 class MksNodeMotion:

@@ -21,10 +21,10 @@ from firmware_protocol.errors import BadField
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Asked, Code, Outcome
 
+# A SERVO42D on CAN.
 BOARD = 2
-"""A SERVO42D on CAN."""
+# How long a restart takes.
 BOOT_S = 0.15
-"""How long a restart takes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,8 +247,8 @@ class MksNode:
 
 # --- Requests ------------------------------------------------------------------------------------
 
+# What a drive does with a request (an `Asked`).
 Act: TypeAlias = Callable[[MksNode, Any, float], None]
-"""What a drive does with a request (an `Asked`)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,6 +86,7 @@ class MksQuirks:
         "(TRazDev/servo42es-esp32-can-controller, protocol notes)")
 
 
+# What cannot be chosen: name, what drives do, source.
 ALWAYS: tuple[tuple[str, str, str], ...] = (
     ("answers", "a drive has its answer ready after 1 ms",
      ("guess: not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, "
@@ -113,5 +114,4 @@ ALWAYS: tuple[tuple[str, str, str], ...] = (
      "without protection, a blocked drive keeps pulling and jumps to its set-point when freed",
      "guess: any closed loop does; no manual describes it"),
 )
-"""What cannot be chosen: name, what drives do, source."""
 # fmt: on

@@ -41,8 +41,8 @@ from armdrive.transports.link import Bell
 
 LONGEST_SLEEP_S = 0.25
 LONGEST_LINE = 1024  # bytes of a command; the beginning of a longer one is lost
+# As many bytes as a computer's own serial port buffers.
 MOST_BACKLOG = 4096
-"""As many bytes as a computer's own serial port buffers."""
 _CHUNK = 4096
 
 

@@ -191,6 +191,7 @@ def _switch(word: str) -> bool:
         raise BadRequest(f"{word!r} is neither on nor off") from None
 
 
+# Every command by its name. Parsing and help are made from this table.
 COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
     {
         command.name: command
@@ -231,7 +232,6 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
         )
     }
 )
-"""Every command by its name. Parsing and help are made from this table."""
 
 JSON_FLAG = "--json"
 

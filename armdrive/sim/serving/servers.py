@@ -366,10 +366,10 @@ def _is_loopback(host: str) -> bool:
 # frame with `z` or `Z`, and `F`, `V` and `N` with text. Timestamps are off.
 
 _KBIT_S = (10, 20, 50, 100, 125, 250, 500, 750, 1000)
+# Bit rates set by `S` and a digit.
 BITRATES: Mapping[bytes, int] = MappingProxyType(
     {b"%d" % number: 1000 * kbit_s for number, kbit_s in enumerate(_KBIT_S)}
 )
-"""Bit rates set by `S` and a digit."""
 VERSION = b"V1013"
 SERIAL_NUMBER = b"NA123"
 _PASSIVE, _BUS_ERRORS = 0x20, 0x80

@@ -37,13 +37,13 @@ from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 from kinematics.text import shown_name
 
+# Calls made by people and tests. The other calls drive the motors, thousands of times a second.
 BY_HAND = ("put", "take", "lose")
-"""Calls made by people and tests. The other calls drive the motors, thousands of times a second."""
 A_BLOCK = 'TableBlock("A", 250, 0)'
 
 FOUND_OPENING_MM = 20.0  # of the fingers of a new arm
+# Only this many of the latest incidents are kept.
 MOST_INCIDENTS = 1000
-"""Only this many of the latest incidents are kept."""
 _ROUNDING = 1e-6  # in steps and N
 
 

@@ -16,18 +16,18 @@ from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
 from kinematics.spaces import Joints, Motors
 from kinematics.transmission import MotorSpec, Transmission
 
+# How far beyond its stated range a joint meets its mechanical stop.
 STOP_MARGIN_RAD = math.radians(3.0)
-"""How far beyond its stated range a joint meets its mechanical stop."""
+# The widest opening of the fingers.
 OPENING_STOP_MM = 78.0
-"""The widest opening of the fingers."""
+# At which the grip switch trips: a guess, the makers do not say.
 SWITCH_FORCE_N = POUND_FORCE_N / 2
-"""At which the grip switch trips: a guess, the makers do not say."""
+# Beyond this grip force the gripper's motor loses steps.
 MOST_FORCE_N = 35.0
-"""Beyond this grip force the gripper's motor loses steps."""
+# Motion is sampled every time a motor has made this many steps: some 30 mm at full reach.
 SAMPLE_STEPS = 72
-"""Motion is sampled every time a motor has made this many steps: some 30 mm at full reach."""
+# Samples per rad, for motors whose steps are much finer than those of a Mini-mover.
 _SAMPLES_PER_RAD = 17
-"""Samples per rad, for motors whose steps are much finer than those of a Mini-mover."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,12 +173,11 @@ def play_of(play: int | Sequence[int], count: int) -> tuple[int, ...]:
 
 # --- How an arm without motor current comes down: each link a little, to the table ---------------
 
+# How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
+#
+# The sag of a real arm depends on its friction and load. These values are easy to see in a picture
+# and far beyond any tolerance.
 SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
-"""How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
-
-The sag of a real arm depends on its friction and load. These values are easy to see in a picture
-and far beyond any tolerance.
-"""
 _HALVINGS = 20  # a millionth of the sag
 _LOOK_RAD = 1e-4  # turn a joint by this much to see whether that lowers the tip
 
@@ -245,8 +244,8 @@ def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], J
 
 # --- The posture of a new simulated arm: raised and clear of the table ---------------------------
 
+# The posture in which an arm of the Mini-mover's build is found.
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
-"""The posture in which an arm of the Mini-mover's build is found."""
 
 CLEAR_MM = 30.0  # above the table, with every point of the arm
 _TRIES = 500

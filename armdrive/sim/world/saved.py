@@ -19,8 +19,8 @@ from armdrive.text.toml import plain, section_of, setting
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 S = TypeVar("S")
 
+# The advice given for a saved state that cannot be used.
 FIX = "begin with a fresh simulated arm (--fresh)"
-"""The advice given for a saved state that cannot be used."""
 
 
 def restored(kind: type[S], data: object, what: str) -> S:
@@ -51,8 +51,8 @@ def require_counts(what: str, counts: Sequence[int], motors: int, low: int, high
             raise unfit(f"the saved {what} are from {low} to {high}, not {count}")
 
 
+# Far more steps from zero than a motor of such an arm ever makes.
 STEPS_MOST = 10_000_000
-"""Far more steps from zero than a motor of such an arm ever makes."""
 FORMAT = 1
 
 

@@ -21,10 +21,10 @@ from kinematics.text import mm_text, tenths
 # leaves rotation out.
 
 Point = tuple[float, float, float]
+# A block overlapping the top of another by up to this much rests on it, pressed down.
 REST_MM = 2.0
-"""A block overlapping the top of another by up to this much rests on it, pressed down."""
+# Overlaps up to this count as touching and move nothing.
 GRAZE_MM = 1.0
-"""Overlaps up to this count as touching and move nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,14 +116,14 @@ class TableBlock:
 
 # --- A block in words: its name, place and size --------------------------------------------------
 
+# New blocks are dropped from above everything else.
 DROP_FROM_MM = 1000.0
-"""New blocks are dropped from above everything else."""
 
+# The side of a block given without a size.
 USUAL_MM = 25.0
-"""The side of a block given without a size."""
 
+# A block's numbers in mm; without a height it is as high as wide.
 PARTS = "NAME X Y [WIDTH [HEIGHT]]"
-"""A block's numbers in mm; without a height it is as high as wide."""
 
 
 def block_of(words: Sequence[str]) -> TableBlock:
@@ -278,8 +278,8 @@ class Incident:
 # The fingers are one point, the tip, with an opening. They surround a block if the tip entered it
 # while they were open wider than the block. Anything else that runs into a block pushes it.
 
+# How far below the table the tip may be: rounding to steps, and give in the table.
 TABLE_TOLERANCE_MM = 1.5
-"""How far below the table the tip may be: rounding to steps, and give in the table."""
 _ROUNDING_MM = 1e-6  # tolerance for floating-point rounding
 
 

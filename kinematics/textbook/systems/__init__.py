@@ -26,6 +26,7 @@ from kinematics.textbook.systems.two_link import (
     TWO_LINK_5,
 )
 
+# Every system of the notes with its default lengths.
 SYSTEMS: Mapping[str, System] = MappingProxyType(
     {
         one.name: one
@@ -46,10 +47,9 @@ SYSTEMS: Mapping[str, System] = MappingProxyType(
         )
     }
 )
-"""Every system of the notes with its default lengths."""
 
+# Every name that `system` knows: the systems of the notes, then the other built-in arms.
 MODEL_NAMES = tuple(dict.fromkeys((*SYSTEMS, *PRESETS)))
-"""Every name that `system` knows: the systems of the notes, then the other built-in arms."""
 
 
 def system(name: str) -> System:

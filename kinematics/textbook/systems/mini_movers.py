@@ -66,8 +66,8 @@ def own_angles(one: System, angles: Values) -> Values:
     return tuple(_turned(angle, *sense) for angle, sense in zip(angles, one.senses, strict=True))
 
 
+# Back again: where a joint has an offset it is mirrored too, so that turning twice is nothing.
 relative_angles = own_angles
-"""Back again: where a joint has an offset it is mirrored too, so that turning twice is nothing."""
 
 
 def _turned(angle: float, sign: float, offset: float) -> float:
@@ -157,11 +157,11 @@ TIP_OVER_BASE = (
     "the tip is on the base axis: turning the base only turns the hand, and the tip cannot "
     "move across the plane that the arm stands in"
 )
+# Steps of Newton's method: most starts take fewer than ten, some of them forty.
 _ROUNDS = 50
-"""Steps of Newton's method: most starts take fewer than ten, some of them forty."""
 
+# A tip this near to the base axis is on it.
 _CLOSE_MM = 1e-10
-"""A tip this near to the base axis is on it."""
 
 
 def _singularities(one: System, joints: Values) -> Sequence[NamedSingularity]:
@@ -226,6 +226,10 @@ def _minimover_table(height: float, upper: float, fore: float, hand: float) -> C
     return Chain(links, joint_names=JOINT_NAMES)
 
 
+# The Mini-mover 5, or any arm of its build, in relative angles with up positive.
+#
+# Its link table is in this project's own joint angles: base; shoulder, the elevation of the upper
+# arm; elbow, forearm less upper arm; wrist pitch, hand less forearm; wrist roll.
 MINI_MOVER = with_arm(
     System(
         name="minimover5",
@@ -240,12 +244,11 @@ MINI_MOVER = with_arm(
     ),
     preset("minimover5").arm,
 )
-"""The Mini-mover 5, or any arm of its build, in relative angles with up positive.
 
-Its link table is in this project's own joint angles: base; shoulder, the elevation of the upper
-arm; elbow, forearm less upper arm; wrist pitch, hand less forearm; wrist roll.
-"""
-
+# The Alpha II, or any arm of its build, in the angles of the lecture's link table.
+#
+# Axes 2, 3 and 4 point the other way than those of the Mini-mover, so that angles count downwards,
+# and theta4 is -90 degrees with the hand straight on.
 ALPHA_2 = with_arm(
     replace(
         MINI_MOVER,
@@ -255,8 +258,3 @@ ALPHA_2 = with_arm(
     ),
     preset("alpha2").arm,
 )
-"""The Alpha II, or any arm of its build, in the angles of the lecture's link table.
-
-Axes 2, 3 and 4 point the other way than those of the Mini-mover, so that angles count downwards,
-and theta4 is -90 degrees with the hand straight on.
-"""

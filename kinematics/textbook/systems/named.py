@@ -90,25 +90,25 @@ def _steps(text: str) -> Iterator[NamedStep]:
 
 QUARTER_TURN = math.pi / 2.0
 
+# Columns of a figure in text.
 WIDTH = 79
-"""Columns of a figure in text."""
 
 ON_AXIS = "the tip is on the base axis: the base is free"
 
+# In mm or rad: postures this near to each other are one, and a goal this near is met. Rounding
+# next to a singularity takes less.
 MET = 1e-6
-"""In mm or rad: postures this near to each other are one, and a goal this near is met. Rounding
-next to a singularity takes less."""
 
+# How far a joint is turned to see whether its angle makes a difference.
 PROBE_RAD = 0.7
-"""How far a joint is turned to see whether its angle makes a difference."""
 
 WHOLE_TURN = ("phi_rad", "theta_rad", "psi_rad")
 
+# Joint values, or a goal's coordinates: mm and rad.
 Values = tuple[float, ...]
-"""Joint values, or a goal's coordinates: mm and rad."""
 
+# Lowest and highest value of a joint, in rad or mm.
 Span = tuple[float, float]
-"""Lowest and highest value of a joint, in rad or mm."""
 
 ENDLESS: Span = (-math.inf, math.inf)
 
@@ -128,8 +128,8 @@ class Quantity:
     unit: str
 
 
+# Joint values, and the quantities on the way to them.
 Solved = tuple[Values, tuple[Quantity, ...]]
-"""Joint values, and the quantities on the way to them."""
 
 
 @dataclass(frozen=True, slots=True)

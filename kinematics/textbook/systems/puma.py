@@ -89,6 +89,7 @@ def _singularities(one: System, joints: Values) -> list[NamedSingularity]:
     ]
 
 
+# A Puma of any lengths; by default those of the Puma 560 with its elbow offset neglected.
 PUMA = System(
     name="puma",
     coordinates=("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad"),
@@ -110,4 +111,3 @@ PUMA = System(
     coordinates_of=lambda _, frame: frame_coordinates(frame),
     singularities=_singularities,
 )
-"""A Puma of any lengths; by default those of the Puma 560 with its elbow offset neglected."""

@@ -34,15 +34,16 @@ TRAVEL = (0.0, 500.0)
 DRAWN_IN = "the slide is drawn in: turning moves the tip no longer"
 _SLIDE = JointKind.PRISMATIC
 
+# A frame whose x, y and z point along the reference's y, z and x: a first joint along x.
 X_UP = transform(((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ZERO)
-"""A frame whose x, y and z point along the reference's y, z and x: a first joint along x."""
 
+# A frame whose x, y and z point along the reference's z, x and y: a last joint along x.
 X_LAST = transform(((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)), ZERO)
-"""A frame whose x, y and z point along the reference's z, x and y: a last joint along x."""
 
+# A frame whose x, y and z point along the reference's z, against its y, and along its x.
 UPRIGHT = transform(((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)), ZERO)
-"""A frame whose x, y and z point along the reference's z, against its y, and along its x."""
 
+# Three prismatic joints along x, y and z (figure 2.14).
 CARTESIAN = System(
     name="cartesian",
     coordinates=END_POINT,
@@ -59,7 +60,6 @@ CARTESIAN = System(
     ),
     formulas=lambda _, goal: (goal, ()),
 )
-"""Three prismatic joints along x, y and z (figure 2.14)."""
 
 
 def _cylindrical_formulas(_one: System, goal: Values, side: float) -> Solved:
@@ -68,6 +68,9 @@ def _cylindrical_formulas(_one: System, goal: Values, side: float) -> Solved:
     return (atan2(side * y, side * x), z, out), (Quantity("r", out, "mm"),)
 
 
+# A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32).
+#
+# The figure is captioned "A cartesian arm", and the letter l is printed as 1 in (2.30) and (2.32).
 CYLINDRICAL = System(
     name="cylindrical",
     coordinates=END_POINT,
@@ -85,10 +88,6 @@ CYLINDRICAL = System(
     formulas=_cylindrical_formulas,
     singularities=lambda _, joints: [NamedSingularity(ON_AXIS, None, abs(joints[2]))],
 )
-"""A revolute joint, a lift and a radial slide (figure 2.15, equations 2.28 to 2.32).
-
-The figure is captioned "A cartesian arm", and the letter l is printed as 1 in (2.30) and (2.32).
-"""
 
 
 def _spherical_formulas(_one: System, goal: Values, reach: float, top: float) -> Solved:
@@ -108,6 +107,7 @@ def _spherical_singularities(_one: System, joints: Values) -> list[NamedSingular
     ]
 
 
+# Azimuth, elevation and a slide from the origin (figure 2.16, equations 2.33 and 2.34).
 SPHERICAL = System(
     name="spherical",
     coordinates=END_POINT,
@@ -132,7 +132,6 @@ SPHERICAL = System(
     formulas=_spherical_formulas,
     singularities=_spherical_singularities,
 )
-"""Azimuth, elevation and a slide from the origin (figure 2.16, equations 2.33 and 2.34)."""
 
 # The general revolute transporter: three revolute joints, up to four solutions (section 2.5.2,
 # figure 2.17 and equation 2.35). The links stand upright in the zero position.
@@ -152,6 +151,7 @@ def _revolute_singularities(one: System, joints: Values) -> list[NamedSingularit
     return [*elbow_singularities(third, l2, l3), NamedSingularity(ON_AXIS, None, abs(lean))]
 
 
+# A turning column L1, an upper arm L2 and a forearm L3.
 REVOLUTE = System(
     name="revolute",
     coordinates=END_POINT,
@@ -177,4 +177,3 @@ REVOLUTE = System(
     formulas=_revolute_formulas,
     singularities=_revolute_singularities,
 )
-"""A turning column L1, an upper arm L2 and a forearm L3."""

@@ -15,8 +15,8 @@ from kinematics.frames.numbers import atan2, sqrt
 from kinematics.limits import wrap
 from kinematics.textbook.systems.named import NamedSingularity, Quantity
 
+# The two branches of an arm that lies along x, seen with y up.
 ELBOWS = MappingProxyType({"elbow up": (-1.0,), "elbow down": (1.0,)})
-"""The two branches of an arm that lies along x, seen with y up."""
 
 STRETCHED = "stretched: both elbow postures are one, and the tip cannot move along the arm"
 FOLDED = "folded: both elbow postures are one, and the tip cannot move along the arm"

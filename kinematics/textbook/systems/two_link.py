@@ -53,6 +53,7 @@ def _type_1_space(one: System) -> str:
     return f"a ring in the plane z = 0, {abs(l1 - l2):g} mm to {l1 + l2:g} mm from the first joint"
 
 
+# Two parallel revolute joints: the arm of a plane, or a SCARA seen from above.
 TWO_LINK_1 = System(
     name="two-link-1",
     coordinates=("x_mm", "y_mm"),
@@ -65,7 +66,6 @@ TWO_LINK_1 = System(
     singularities=lambda one, joints: elbow_singularities(joints[1], *one.sizes),
     space=_type_1_space,
 )
-"""Two parallel revolute joints: the arm of a plane, or a SCARA seen from above."""
 
 # Type 2 (section 6): two perpendicular revolute joints, the tip on a sphere.
 
@@ -82,6 +82,7 @@ def _type_2_space(one: System) -> str:
     return f"the surface of a sphere of {l2:g} mm around (0, 0, {d1:g})"
 
 
+# A vertical revolute joint and a horizontal one: a gun turret, the tip on a sphere.
 TWO_LINK_2 = System(
     name="two-link-2",
     coordinates=("x_mm", "y_mm", "z_mm"),
@@ -101,7 +102,6 @@ TWO_LINK_2 = System(
     ],
     space=_type_2_space,
 )
-"""A vertical revolute joint and a horizontal one: a gun turret, the tip on a sphere."""
 
 # Type 3 (section 7): a turning column that carries a slide.
 
@@ -121,6 +121,7 @@ def _type_3_space(one: System) -> str:
     return f"a {shape} in the plane z = {one.sizes[0]:g} mm, {measures}"
 
 
+# A vertical revolute joint that carries a horizontal prismatic one: polar coordinates.
 TWO_LINK_3 = System(
     name="two-link-3",
     coordinates=("x_mm", "y_mm"),
@@ -137,7 +138,6 @@ TWO_LINK_3 = System(
     singularities=lambda _, joints: [NamedSingularity(ON_AXIS, None, abs(joints[1]))],
     space=_type_3_space,
 )
-"""A vertical revolute joint that carries a horizontal prismatic one: polar coordinates."""
 
 # Types 4 and 5 (section 8): a lift that carries an arm or a slide.
 
@@ -160,6 +160,7 @@ def _type_4_space(one: System) -> str:
     return f"a strip in the plane y = 0: {circles}"
 
 
+# A vertical prismatic joint that carries a horizontal revolute one: an arm on a lift.
 TWO_LINK_4 = System(
     name="two-link-4",
     coordinates=("x_mm", "z_mm"),
@@ -176,7 +177,6 @@ TWO_LINK_4 = System(
     singularities=_type_4_singularities,
     space=_type_4_space,
 )
-"""A vertical prismatic joint that carries a horizontal revolute one: an arm on a lift."""
 
 
 def _type_5_space(one: System) -> str:
@@ -185,6 +185,7 @@ def _type_5_space(one: System) -> str:
     return f"a rectangle in the plane x = 0: {across}, z from {low1:g} to {high1:g} mm"
 
 
+# Two perpendicular prismatic joints: a plotter on its edge.
 TWO_LINK_5 = System(
     name="two-link-5",
     coordinates=("y_mm", "z_mm"),
@@ -198,7 +199,6 @@ TWO_LINK_5 = System(
     coordinates_of=lambda _, frame: position_of(frame)[1:],
     space=_type_5_space,
 )
-"""Two perpendicular prismatic joints: a plotter on its edge."""
 
 # Craig's three-link arm: frame 3 stands at the third joint, the tip l3 further.
 
@@ -215,6 +215,7 @@ def _three_link_formulas(one: System, goal: Values, side: float) -> Solved:
     return (solved.first, solved.second, third), solved.workings()
 
 
+# Three parallel revolute joints; the last link's length is the tool.
 THREE_LINK = System(
     name="three-link",
     coordinates=("x_mm", "y_mm", "phi_rad"),
@@ -234,4 +235,3 @@ THREE_LINK = System(
     ),
     singularities=lambda one, joints: elbow_singularities(joints[1], *one.sizes[:2]),
 )
-"""Three parallel revolute joints; the last link's length is the tool."""
