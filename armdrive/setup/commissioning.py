@@ -1,8 +1,8 @@
 """Sets up the drives of an arm on a CAN bus, one after the other.
 
-New MKS drives get their ids and settings, which the drives keep themselves: whoever leaves goes on
-later with those that are not ready. CiA 402 drives have theirs from their makers' programs: of
-them, the units of speed and ramps are measured. In which direction and how far motors turn their
+New MKS drives get their ids and settings, which the drives keep themselves: a person who leaves
+can continue later with the drives that are not ready. CiA 402 drives have theirs from their makers'
+programs: of them, the units of speed and ramps are measured. In which direction and how far motors turn their
 joints is found with the whole arm (`arm_checks`).
 """
 

@@ -50,9 +50,7 @@ Json = dict[str, Any]
 
 MOST_REQUEST_BYTES = 4096  # ten times the longest request
 MOST_CALLERS = 64  # at a time, each in a thread; more than the answers below take together
-MOST_ANSWERED = (
-    8  # single answers at a time: a status waits for the engine, a recording for the disk
-)
+MOST_ANSWERED = 8  # single answers at a time; a status waits for the engine, which may be slow
 MOST_WATCHERS = 16  # programs that watch, follow or tap an arm at a time
 RETRY_S = 0.1  # pause after a failed accept, for instance when the system has no file handle left
 
@@ -89,7 +87,7 @@ class ControlServer:
         threading.Thread(target=self._accept, name="armdrive-socket", daemon=True).start()
 
     def close(self) -> None:
-        """Accept nobody else. Connect once afterwards to wake the blocked `accept`."""
+        """Accept no more callers. Connect once afterwards to wake the blocked `accept`."""
         self._ended.set()
 
     def _accept(self) -> None:

@@ -124,8 +124,8 @@ def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
 
 # The watchdog's trial: does a drive stop by itself if its bus falls silent while it moves?
 #
-# The manual promises it, and nobody has reported to have seen it. The motor turns so slowly, and
-# so little, that this can be tried in any arm, whatever the motor's direction and gear.
+# The manual promises it, but we know of no report that a drive did so. The motor turns so slowly,
+# and so little, that this can be tried in any arm, whatever the motor's direction and gear.
 
 # The watchdog's time while it is tried.
 TRIAL_MS = 100
