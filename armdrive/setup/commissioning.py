@@ -2,8 +2,8 @@
 
 New MKS drives get their ids and settings, which the drives keep themselves: a person who leaves
 can continue later with the drives that are not ready. CiA 402 drives have theirs from their makers'
-programs: of them, the units of speed and ramps are measured. In which direction and how far motors turn their
-joints is found with the whole arm (`arm_checks`).
+programs: of them, the units of speed and ramps are measured. In which direction and how far motors
+turn their joints is found with the whole arm (`arm_checks`).
 """
 
 from __future__ import annotations
