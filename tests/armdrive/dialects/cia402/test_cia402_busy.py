@@ -158,7 +158,8 @@ def test_a_blocked_drive_is_named_soon_and_gets_no_target_far_ahead_meanwhile(la
     assert "it is blocked" in str(reply) or TOO_SLOW in str(reply), reply
     assert rig.now_s - began_s < NAMED_S / (1 + (late == "program"))
     ahead = max(target for _, target in rig.targets(1, began_s)) - stood
-    assert ahead < 0.6 * rig.config.device.following_window
+    # the drive itself would end in a fault at its whole window
+    assert ahead < 0.8 * rig.config.device.following_window
 
 
 def test_a_motion_in_which_every_cycle_is_late_ends_and_names_the_bus():
