@@ -603,9 +603,9 @@ class KeyApp(App[int], inherit_bindings=False):
             call = action_call(action, node) if part and part not in NODES else None
             if call is None:  # the framework's, or a row that names nothing: it raises then
                 return await super().run_action(action, default_namespace, namespaces)
-            told = call()
-            if isinstance(told, str):
-                self.message = told
+            answer = call()
+            if isinstance(answer, str):
+                self.message = answer
         return True
 
     async def on_event(self, event: events.Event) -> None:

@@ -176,7 +176,7 @@ def commission_drive(
     at_hand.offer_zero()
     if not (current_ma and calibrated):
         return None
-    # last, since only a calibrated motor turns as it is told
+    # last, since only a calibrated motor turns as ordered
     at_hand.try_watchdog()
     return current_ma
 

@@ -276,10 +276,10 @@ def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     terminal = ShellTerminal(arm, options, typing=True)
     with completed_lines(lambda: known_words(terminal.shell)):
         put("`help` lists the words; Ctrl-D or `quit` leaves\n")
-        told = ""
+        shown = ""
         with contextlib.suppress(Left):
             while True:
-                told = _tell_news(arm, told)
+                shown = _tell_news(arm, shown)
                 _take_typed(terminal)
     return 0
 
@@ -304,10 +304,10 @@ def _take_typed(terminal: ShellTerminal) -> None:
         terminal.complain(error)
 
 
-def _tell_news(arm: Arm, told: str) -> str:
+def _tell_news(arm: Arm, shown: str) -> str:
     """Say what happened to the arm while nothing was typed; return it, so that it is said once."""
     status = arm.status
     news = f"the arm is {status.state.where}: {status.error}" if status.error else ""
-    if news and news != told:
+    if news and news != shown:
         complain(news, SHELL)
     return news
