@@ -23,7 +23,7 @@ from armdrive.storage.files import DISK, create_lock, is_ours
 from armdrive.text.reading import PRIVATE, is_there
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Generator, Iterator, Mapping
     from multiprocessing.connection import Connection
 
     from filelock import FileLock
@@ -169,8 +169,7 @@ def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
     """
     for _ in range(CALLS):
         with _called(name) as connection:
-            with contextlib.suppress(BrokenPipeError):  # hung up on: the answer says why
-                connection.send_bytes(json.dumps({"request": request, **words}).encode())
+            _send(connection, {"request": request, **words})
             answer = _heard(name, connection)
         if not answer.get(AGAIN):
             break
@@ -211,7 +210,7 @@ def _changes(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]
 def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, Any], None, None]:
     with _called(name) as connection:
         try:
-            connection.send_bytes(json.dumps({"request": request, "every_s": every_s}).encode())
+            _send(connection, {"request": request, "every_s": every_s})
             while True:
                 yield _heard(name, connection, max(every_s, 0.0))
         except _HUNG_UP:
@@ -266,6 +265,12 @@ def _is_locked(name: str) -> bool:
         return True
     lock.release()
     return False
+
+
+def _send(connection: Connection[Any, Any], request: Mapping[str, object]) -> None:
+    """Send a request. A holder that has turned the caller away already has answered why."""
+    with contextlib.suppress(BrokenPipeError):
+        connection.send_bytes(json.dumps(request).encode())
 
 
 def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -> dict[str, Any]:

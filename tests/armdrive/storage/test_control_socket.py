@@ -7,6 +7,7 @@ import re
 import socket
 import struct
 import threading
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,19 @@ def test_too_many_callers_are_asked_to_call_again(holding, call, patient):
         each.send_bytes(b'{"request": "pause"}')
         assert answered(each) == {"done": "pause"}
     assert ask_holder("bench", "status")["paused"]
+
+
+@posix
+def test_a_watcher_that_was_turned_away_before_it_asked_learns_why(holding, monkeypatch):
+    def turned_away(_address):
+        ours, theirs = socket.socketpair(socket.AF_UNIX)
+        with Connection(theirs.detach()) as holder:
+            holder.send_bytes(b'{"error": "64 programs call already", "again": true}')
+        return Connection(ours.detach())
+
+    monkeypatch.setattr(holder_notice, "called", turned_away)
+    with pytest.raises(HolderError, match="programs call already"):
+        next(watch_holder("bench", 0.05))
 
 
 def test_a_crowded_out_caller_retries_by_itself(arm, monkeypatch):
