@@ -4,6 +4,7 @@ Each `type: ignore` marks a wrong line, and mypy reports the mark if the line is
 all. Every other line has to be right.
 """
 
+import armdrive
 from armdrive import (
     Arm,
     AsyncArm,
@@ -18,11 +19,11 @@ from armdrive import (
     Pose,
     SimulatedClock,
 )
-from armdrive import Armm  # type: ignore[attr-defined]  # noqa: F401
 from armdrive.moves import ContinuousJog
 from armdrive.testing import ArmWorl  # type: ignore[attr-defined]  # noqa: F401
 from kinematics import nonsense  # type: ignore[attr-defined]  # noqa: F401
 
+missing = armdrive.Armm  # type: ignore[attr-defined]
 clock = SimulatedClock()
 goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 arm: Arm = Arm.connect("bench", dialect="grbl", baud=115200, pace="real", reconnect=True)
