@@ -1,7 +1,7 @@
-"""The health of a CAN bus: error frames and adapter status in words, and frame lengths in bits.
+"""The health of a CAN bus: error frames in words, and frame lengths in bits.
 
 Error frames are those of Linux (linux/can/error.h): the id is a set of error classes, and the data
-gives details. The status byte is the answer to `F` in Lawicel's protocol.
+gives details.
 """
 
 from __future__ import annotations
@@ -47,62 +47,26 @@ class BusHealth:
     last_trouble: str = ""
 
 
-_CLASSES = (
-    (0x001, "a frame was not sent in time"),
-    (0x002, "arbitration was lost"),
-    (0x008, "the bus has a protocol error"),
-    (0x010, "the transceiver reports a fault"),
-    (0x020, "no node acknowledged a frame"),
-    (0x080, "the bus has an error"),
-    (0x100, "the controller was restarted"),
+# What error frames report: an error class, bits in the second data byte of the class 0x004, the
+# state and its meaning. The first row that fits counts; other classes say nothing of the state.
+_CONTROLLER = 0x004
+_REPORTS = (
+    (0x040, 0, BusState.OFF, "the controller is bus-off"),
+    (0x020, 0, BusState.PASSIVE, "no node acknowledged a frame"),
+    (_CONTROLLER, 0x30, BusState.PASSIVE, "it is error-passive"),
+    (_CONTROLLER, 0x0C, BusState.WARNING, "it has reached its error warning limit"),
+    (_CONTROLLER, 0x40, BusState.ACTIVE, "the controller is error-active again"),
+    (0x100, 0, BusState.ACTIVE, "the controller was restarted"),
 )
-_CONTROLLER, _BUS_OFF, _RESTARTED, _NO_ACK = 0x004, 0x040, 0x100, 0x020
-# Bits in the second data byte of an error frame of the class `_CONTROLLER`.
-_OVERFLOW, _WARNING, _PASSIVE, _ACTIVE_AGAIN = 0x03, 0x0C, 0x30, 0x40
 
 
-def of_error_frame(can_id: int, data: bytes) -> tuple[BusState | None, str]:
-    """Return the state that an error frame reports, if any, and its meaning in words."""
-    if can_id & _BUS_OFF:
-        return BusState.OFF, "the controller is bus-off"
-    detail = data[1] if can_id & _CONTROLLER and len(data) > 1 else 0
-    if detail & _PASSIVE or can_id & _NO_ACK:
-        why = "no node acknowledged a frame" if can_id & _NO_ACK else "it is error-passive"
-        return BusState.PASSIVE, why
-    if detail & _WARNING:
-        return BusState.WARNING, "it has reached its error warning limit"
-    if can_id & _RESTARTED or detail & _ACTIVE_AGAIN:
-        return BusState.ACTIVE, "the controller is error-active again"
-    if detail & _OVERFLOW:
-        return None, "the adapter's buffer overflowed"
-    words = [text for bit, text in _CLASSES if can_id & bit]
-    return None, ", ".join(words) or "an error frame without a reason"
-
-
-_STATUS = (
-    (0x01, "its receive buffer is full"),
-    (0x02, "its transmit buffer is full"),
-    (0x04, "it has reached its error warning limit"),
-    (0x08, "its receive buffer overflowed"),
-    (0x20, "it is error-passive"),
-    (0x40, "it lost arbitration"),
-    (0x80, "it sees bus errors"),
-)
-TROUBLED = 0x20 | 0x80  # error-passive, and bus errors
-_STATUS_WARNING = 0x04
-
-
-def of_status(status: int) -> tuple[BusState, str]:
-    """Return the state that an slcan adapter's status byte means, and its meaning in words.
-
-    The protocol has no bit for bus-off; error-passive together with bus errors is the closest.
-    """
-    words = ", ".join(text for bit, text in _STATUS if status & bit)
-    if status & TROUBLED == TROUBLED:
-        return BusState.OFF, words
-    if status & TROUBLED:
-        return BusState.PASSIVE, words
-    return (BusState.WARNING if status & _STATUS_WARNING else BusState.ACTIVE), words
+def of_error_frame(can_id: int, data: bytes) -> tuple[BusState, str] | None:
+    """Return the state that an error frame reports, with its meaning in words; None for others."""
+    detail = data[1] if len(data) > 1 else 0
+    for error_class, bits, state, words in _REPORTS:
+        if can_id & error_class and (not bits or detail & bits):
+            return state, words
+    return None
 
 
 def left_bus(why: str) -> str:

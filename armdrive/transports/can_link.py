@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import math
 import sys
 import threading
 import time
@@ -25,7 +24,6 @@ from armdrive.transports.can_health import (
     left_bus,
     not_heard,
     of_error_frame,
-    of_status,
 )
 from armdrive.transports.link import Bell, Link, closed_link, lost_link
 from armdrive.transports.ports import gone_words, number_of
@@ -41,19 +39,13 @@ WATCH_PATIENCE_S = 0.85
 
 
 @runtime_checkable
-class Tells(Protocol):
-    """A bus whose adapter reports more than python-can asks for (slcan)."""
+class ReportsRefusals(Protocol):
+    """A bus whose adapter reports frames that it could not send (slcan)."""
 
     refused: int
     """The number of frames that the adapter reported as not sent."""
     refusing: bool
     """Whether the adapter reported the latest frame as not sent."""
-
-    def ask(self) -> None:
-        """Request the adapter's status. Called by the writer."""
-
-    def take_status(self) -> int | None:
-        """Return the answer to `ask` once; None if there is none. Called by the reader."""
 
 
 def frame_of(message: can.Message) -> Frame | None:
@@ -147,6 +139,7 @@ class Watch:
         self._ring()
 
 
+REFUSES = "the adapter refuses frames: no node acknowledges them, or the adapter has restarted"
 RECV_S = 0.05  # timeout of one read, and so the interval at which lasting problems are checked
 STATE_S = 0.2  # interval at which the driver is asked for the state
 PAUSE_S = 0.01  # pause after an error, so that a driver that fails at once does not hog a core
@@ -171,12 +164,12 @@ class CanReader:
     ) -> None:
         """Start receiving the `ids`, or all; call `ring` for a frame and `also` after each read."""
         self._bus = bus
-        self._tells = bus if isinstance(bus, Tells) else None
         self._ids = ids
         self._watch = watch
         self._ring = ring
         self._also = also
         self._frames: deque[Frame] = deque()
+        self._refused = 0
         self._state_s = 0.0
         self._thread = threading.Thread(target=self._run, name="armdrive-can-in", daemon=True)
         self._thread.start()
@@ -211,9 +204,8 @@ class CanReader:
     def _hear(self, message: can.Message) -> None:
         if message.is_error_frame:
             self._watch.count(error_frames=1)
-            state, why = of_error_frame(message.arbitration_id, bytes(message.data))
-            if state is not None:
-                self._watch.state(state, why)
+            if report := of_error_frame(message.arbitration_id, bytes(message.data)):
+                self._watch.state(*report)
             return
         frame = frame_of(message)
         if frame is None or not message.is_rx:
@@ -236,16 +228,19 @@ class CanReader:
         self._watch.ended.wait(PAUSE_S)
 
     def _ask(self) -> None:
-        """Check the state of the controller, if its driver knows it."""
+        """Check the state of the controller, if its driver or adapter knows it."""
+        if isinstance(self._bus, ReportsRefusals):
+            more, self._refused = self._bus.refused - self._refused, self._bus.refused
+            if more:
+                self._watch.count(refused=more)
+                self._watch.state(BusState.PASSIVE, REFUSES)
+            elif not self._bus.refusing:
+                self._watch.state(BusState.ACTIVE, "")
+            return
         now_s = time.monotonic()
         if now_s - self._state_s < STATE_S:
             return
         self._state_s = now_s
-        if self._tells is not None:
-            status = self._tells.take_status()
-            if status is not None:
-                self._watch.state(*of_status(status))
-            return
         with contextlib.suppress(Exception):  # some of the drivers that do not know it raise
             if self._bus.state.name == "ERROR":
                 self._watch.state(BusState.OFF, "its driver reports so")
@@ -256,10 +251,7 @@ PATIENCE_S = 0.8  # a frame that has not left by then means a lost bus
 FRESH_S = 0.15  # drop frames that waited longer: the drives may have stopped by themselves
 MOST_AWAKE_S = 0.4  # a longer gap between two checks is a suspension, and counts only this much
 AGAIN_S = 0.005  # pause before the next attempt, when the adapter has no room
-LOOK_S = 0.1  # how often a writer without frames looks at the adapter
-ASK_AGAIN_S = 1.0  # an adapter without a status refuses the request too: do not ask in a loop
 MOST_FRAMES = 256  # a longer queue means that the bus has stopped
-REFUSES = "the adapter refuses frames: no node acknowledges them, or the adapter has restarted"
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 
 
@@ -272,17 +264,14 @@ class CanWriter:
 
     def __init__(self, bus: can.BusABC, watch: Watch, clock: Callable[[], float]) -> None:
         self._bus = bus
-        self._tells = bus if isinstance(bus, Tells) else None
         self._watch = watch
         self._clock = clock
         self._frames: deque[tuple[Frame, float]] = deque()  # each with the time of `put`
         self._work = threading.Condition()
-        self._began_s: float | None = None
-        self._looked_s = -math.inf
+        self._sending = False
+        self._looked_s = clock()
         self._stuck_s = 0.0
         """How long the current frame has been in sending, not counting suspensions."""
-        self._refused = 0
-        self._asked_s = -math.inf
         self._thread = threading.Thread(target=self._run, name="armdrive-can-out", daemon=True)
         self._thread.start()
 
@@ -297,25 +286,24 @@ class CanWriter:
 
     def look(self) -> None:
         """Check the frame that is being sent, because its driver may hang."""
-        began_s, now_s = self._began_s, self._clock()
-        since_s = math.inf if began_s is None else max(began_s, self._looked_s)
-        if since_s == began_s:
-            self._stuck_s = 0.0
-        # a long gap is a suspension of this program, which says nothing about the adapter
-        self._stuck_s += min(max(now_s - since_s, 0.0), MOST_AWAKE_S)
-        self._looked_s = now_s
-        if began_s is not None and self._stuck_s > PATIENCE_S:
+        with self._work:
+            now_s = self._clock()
+            if self._sending:
+                # a long gap is a suspension of this program, which says nothing about the adapter
+                self._stuck_s += min(now_s - self._looked_s, MOST_AWAKE_S)
+            self._looked_s = now_s
+            stuck = self._stuck_s > PATIENCE_S
+        if stuck:
             self._watch.lose(not_heard(f"the adapter took no frame for {PATIENCE_S} s"))
-
-    @property
-    def waiting(self) -> int:
-        """The number of frames that have not left yet."""
-        return len(self._frames) + (self._began_s is not None)
 
     def drain(self, patience_s: float) -> None:
         """Wait until all frames have left, or the timeout."""
+
+        def is_done() -> bool:
+            return self._watch.ended.is_set() or not (self._frames or self._sending)
+
         with self._work:
-            self._work.wait_for(lambda: self._watch.ended.is_set() or not self.waiting, patience_s)
+            self._work.wait_for(is_done, patience_s)
 
     def join(self, patience_s: float) -> None:
         """Drop the waiting frames, and wait for the thread to end."""
@@ -325,87 +313,43 @@ class CanWriter:
         self._thread.join(patience_s)
 
     def _run(self) -> None:
-        while not self._watch.ended.is_set():
+        while True:
             with self._work:
-                if not self._frames:
-                    self._work.wait(LOOK_S)
-                taken = self._frames.popleft() if self._frames else None
-                self._began_s = None if taken is None else self._clock()
-            if taken is not None:
-                self._send(*taken)
-                self._sent()
-            self._mind_refusals()
-        with self._work:
-            self._frames.clear()
-
-    def _sent(self) -> None:
-        with self._work:
-            self._began_s = None
-            self._work.notify_all()
+                self._work.wait_for(lambda: self._frames or self._watch.ended.is_set())
+                if self._watch.ended.is_set():
+                    self._frames.clear()
+                    return
+                frame, written_s = self._frames.popleft()
+                self._sending = True
+            self._send(frame, written_s)
+            with self._work:
+                self._sending, self._stuck_s = False, 0.0
+                self._work.notify_all()
 
     def _send(self, frame: Frame, written_s: float) -> None:
         """Send a frame, unless it waited too long in the queue or during a suspension."""
         message = message_of(frame)
-        began_s = last_s = self._clock()
-        if began_s - written_s > FRESH_S:
-            self._watch.count(forgotten=1)
-            return
-        waited_s = 0.0
-        while not self._watch.ended.is_set():
+        oldest_s = FRESH_S
+        while not self._watch.ended.is_set() and self._clock() - written_s <= oldest_s:
             try:
                 self._bus.send(message, timeout=SEND_S)
             except Exception as error:  # each backend raises its own types
-                now_s = self._clock()
-                waited_s += min(now_s - last_s, MOST_AWAKE_S)
-                last_s = now_s
-                self._failed(error, waited_s)
-                if now_s - began_s > PATIENCE_S:  # this program was suspended meanwhile
-                    self._watch.count(forgotten=1)
+                if not _is_full(error):
+                    self._watch.lose(gone_words(error) or f"it cannot be written to ({error})")
                     return
+                # `look` ends the link before that, unless this program was suspended meanwhile
+                oldest_s = PATIENCE_S + FRESH_S
+                self._watch.ended.wait(AGAIN_S)
             else:
                 self._watch.count(sent=1)
                 return
-
-    def _failed(self, error: Exception, waited_s: float) -> None:
-        if not _is_full(error):
-            self._watch.lose(gone_words(error) or f"it cannot be written to ({error})")
-        elif waited_s > PATIENCE_S - SEND_S:
-            self._watch.lose(not_heard(f"its transmit buffer stays full: {error}"))
-        else:
-            self._watch.ended.wait(AGAIN_S)
-
-    def _mind_refusals(self) -> None:
-        """Note the frames that an slcan adapter reports as not sent, and ask for its status."""
-        if self._tells is None:
-            return
-        more, self._refused = self._tells.refused - self._refused, self._tells.refused
-        if more:
-            self._watch.count(refused=more)
-        if not self._tells.refusing:
-            self._watch.settled("refused")
-        elif more:
-            self._watch.lasting("refused", not_heard(REFUSES))
-        troubled = (
-            self._watch.health.state is not BusState.ACTIVE
-        )  # so this adapter reports a status
-        again_s = LOOK_S if troubled else ASK_AGAIN_S
-        if (more or troubled) and self._clock() - self._asked_s > again_s:
-            self._asked_s = self._clock()
-            try:
-                self._tells.ask()
-            except Exception as error:
-                self._watch.lose(f"it cannot be written to ({error})")
+        self._watch.count(forgotten=1)
 
 
 def _is_full(error: Exception) -> bool:
     """Return whether a frame could not be sent for lack of room, so that a retry may succeed."""
-    text = str(error).lower()
-    return (
-        isinstance(error, TimeoutError)
-        or number_of(error) in _FULL
-        or "buffer full" in text
-        or "queue" in text
-    )
+    full = isinstance(error, TimeoutError) or number_of(error) in _FULL
+    return full or any(word in str(error).lower() for word in ("buffer full", "queue"))
 
 
 # The link: it joins the two threads.
@@ -442,11 +386,6 @@ class CanLink(Link):
     def health(self) -> BusHealth:
         """The state of the bus and its counters so far."""
         return self._watch.health
-
-    @property
-    def waiting(self) -> int:
-        """The number of written frames that the adapter has not accepted yet."""
-        return self._writer.waiting
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - real time is the bus's own
         """Queue packed frames for sending, without waiting. Raises `LinkLost` on a lost bus."""

@@ -36,7 +36,7 @@ WRITE_PATIENCE_S = 0.5  # an adapter that takes no byte for this long is stuck
 POLL_S = 0.02  # where the system has no `select` for the port
 CHUNK = 4096
 # The first bytes of an adapter's lines; an empty line means OK.
-_LINE_STARTS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrRF")})
+_LINE_STARTS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrR")})
 _YES = frozenset({b"", b"z", b"Z"})
 # Our own commands: a device that sends them back only echoes, and is no adapter.
 _ECHOES = frozenset({b"C", b"O", b"V"})
@@ -58,7 +58,6 @@ class Slcan(slcanBus):
         """
         self.refused = 0
         self.refusing = False
-        self._status: int | None = None
         self._heard: deque[Frame] = deque()
         self._received_lines: list[bytes] = []
         self._lines = SlcanLines()
@@ -70,15 +69,6 @@ class Slcan(slcanBus):
         except BaseException:
             self.shutdown()
             raise
-
-    def ask(self) -> None:
-        """Request the adapter's status; the answer, if any, arrives between received frames."""
-        self._write("F")
-
-    def take_status(self) -> int | None:
-        """Return the answer to `ask` once; None if there is none."""
-        status, self._status = self._status, None
-        return status
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         """Send a frame, or raise a `can.CanError` within the timeout."""
@@ -116,9 +106,6 @@ class Slcan(slcanBus):
             self.refusing = True
         elif line in _YES:
             self.refusing = False
-        elif line[:1] == b"F" and len(line) == 3:
-            with contextlib.suppress(ValueError):
-                self._status = int(line[1:], 16)
         if len(self._received_lines) < MOST_LINES:
             self._received_lines.append(line)
 
@@ -161,7 +148,7 @@ class Slcan(slcanBus):
                 if turn:  # the adapter was still restarting when it was sent the bit rate
                     self._set_up_again(bitrate)
                 # discard leftovers of an earlier session
-                self.refused, self.refusing, self._status = 0, False, None
+                self.refused, self.refusing = 0, False
                 self._heard.clear()
                 return
         raise NoConnection(_no_adapter(channel, self._received_lines))

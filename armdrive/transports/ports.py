@@ -8,10 +8,9 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
-import socket
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
@@ -29,7 +28,7 @@ from kinematics.errors import suggestion
 if sys.platform != "win32":
     import grp
 
-# --- Which program has a device open -------------------------------------------------------------
+# Which program has a device open.
 #
 # Read from /proc, without opening any device. Unless run as root, a program sees only the other
 # programs of its user; without /proc it sees none.
@@ -46,21 +45,18 @@ class PortHolder:
 
 
 def holders(devices: Iterable[str]) -> dict[str, PortHolder]:
-    """Return the first holder of each device that has one; links are followed."""
-    wanted: dict[str, list[str]] = {}
-    for device in devices:
-        wanted.setdefault(os.path.realpath(device), []).append(device)
+    """Return the first holder of each device that has one, by the device's real path."""
+    wanted = {os.path.realpath(device) for device in devices}
     found: dict[str, PortHolder] = {}
-    for folder in _processes() if wanted else ():
-        for opened in _open_files(folder):
-            for device in wanted.get(opened, ()):
-                found.setdefault(device, PortHolder(int(folder.name), _program(folder)))
+    for process in _processes() if wanted else ():
+        for device in wanted & _opened(process):
+            found.setdefault(device, _named(process))
     return found
 
 
 def holder(device: str) -> PortHolder | None:
     """Return the program that has a device open, or None if there is none or it is not visible."""
-    return holders([device]).get(device)
+    return next(iter(holders([device]).values()), None)
 
 
 def terminal_user(device: str) -> PortHolder | None:
@@ -69,57 +65,52 @@ def terminal_user(device: str) -> PortHolder | None:
         number = Path(device).stat().st_rdev
     except (OSError, ValueError):
         return None
-    for folder in _processes() if number else ():
-        if _terminal(folder) == number:
-            return PortHolder(int(folder.name), _program(folder))
-    return None
+    users = (each for each in _processes() if number and _terminal(each) == number)
+    return next(map(_named, users), None)
+
+
+def _processes() -> list[Path]:
+    """Return the folders of the running programs, the oldest first."""
+    try:
+        return sorted((each for each in PROC.iterdir() if each.name.isdecimal()), key=_pid)
+    except OSError:
+        return []
+
+
+def _pid(process: Path) -> int:
+    return int(process.name)
 
 
 def _terminal(process: Path) -> int:
     """Return the device number of a process's controlling terminal; 0 if it has none."""
     try:
-        after_name = (process / "stat").read_bytes().rpartition(b")")[2].split()
-        number = int(after_name[4])
+        # proc_pid_stat(5): tty_nr is the fifth field after the name, encoded as st_rdev is
+        return int((process / "stat").read_bytes().rpartition(b")")[2].split()[4])
     except (OSError, IndexError, ValueError):  # the process has ended
         return 0
-    # proc_pid_stat(5): bits 31 to 20 and 7 to 0 are the minor number, 15 to 8 the major number
-    return os.makedev(number >> 8 & 0xFFF, number & 0xFF | number >> 12 & 0xFFF00) if number else 0
 
 
-def _processes() -> Iterator[Path]:
-    try:
-        pids = sorted(int(entry.name) for entry in PROC.iterdir() if entry.name.isdecimal())
-    except OSError:
-        return
-    for pid in pids:
-        yield PROC / str(pid)
-
-
-def _open_files(process: Path) -> set[str]:
-    """Return the files that a process has open; the process may end meanwhile."""
+def _opened(process: Path) -> set[str]:
+    """Return the files that a process has open."""
     opened = set()
-    try:
+    with contextlib.suppress(OSError):  # another user's process, or ended
         for link in (process / "fd").iterdir():
-            try:
+            with contextlib.suppress(OSError):  # closed meanwhile
                 opened.add(str(link.readlink()))
-            except OSError:  # closed meanwhile
-                continue
-    except OSError:  # another user's process, or ended
-        pass
     return opened
 
 
-def _program(process: Path) -> str:
+def _named(process: Path) -> PortHolder:
     try:
-        return (process / "comm").read_text(encoding="utf-8", errors="replace").strip()
+        name = (process / "comm").read_text(encoding="utf-8", errors="replace").strip()
     except OSError:
-        return "unknown"
+        name = "unknown"
+    return PortHolder(_pid(process), name)
 
 
-# --- Serial ports --------------------------------------------------------------------------------
+# Serial ports.
 
 BY_ID = Path("/dev/serial/by-id")
-_NOTHING = "n/a"
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,23 +140,32 @@ class PortInfo:
 
 def list_ports() -> tuple[PortInfo, ...]:
     """Return the serial ports of this computer, by name."""
-    found = _found()
-    held = holders(info.device for info in found)
-    stable = _stable_names()
+    from serial.tools import list_ports as pyserial  # an arm on simulated time needs no ports
+
+    stable: dict[str, str] = {}
+    with contextlib.suppress(OSError):  # without udev
+        stable = {os.path.realpath(link): str(link) for link in sorted(BY_ID.iterdir())}
+    unique = {info.device: info for info in pyserial.comports()}
+    held = holders(unique)
     return tuple(
-        replace(
-            each,
-            holder=held.get(each.device),
-            readable=os.name != "posix" or os.access(each.device, os.R_OK | os.W_OK),
-            stable_name=stable.get(os.path.realpath(each.device)),
+        PortInfo(
+            device,
+            "" if info.description in (None, "n/a") else info.description,
+            info.vid,
+            info.pid,
+            info.serial_number,
+            info.manufacturer,
+            held.get(os.path.realpath(device)),
+            is_readable(device),
+            stable.get(os.path.realpath(device)),
         )
-        for each in found
+        for device, info in sorted(unique.items())
     )
 
 
-def device_names() -> tuple[str, ...]:
-    """Return the names of the serial ports alone."""
-    return tuple(info.device for info in _found())
+def is_readable(device: str) -> bool:
+    """Return whether this user may read and write a device; other systems than POSIX do not say."""
+    return os.name != "posix" or os.access(device, os.R_OK | os.W_OK)
 
 
 def serial_number_of(device: str) -> str:
@@ -175,10 +175,8 @@ def serial_number_of(device: str) -> str:
     """
     if is_can(device):
         device = CanAddress.parse(device).device
-    if not device:
-        return ""
-    real = os.path.realpath(device)
-    names = (info.serial_number for info in _found() if os.path.realpath(info.device) == real)
+    real = os.path.realpath(device) if device else ""
+    names = (info.serial_number for info in list_ports() if os.path.realpath(info.device) == real)
     return next(names, None) or ""
 
 
@@ -193,7 +191,7 @@ def device_of(serial_number: str, before: str = "") -> str:
     if is_can(before):
         address = CanAddress.parse(before)
         return str(address.at(device_of(serial_number, address.device)))
-    found = _found()
+    found = list_ports()
     devices = [info.device for info in found if info.serial_number == serial_number]
     if before and any(os.path.realpath(each) == os.path.realpath(before) for each in devices):
         return before
@@ -212,57 +210,72 @@ def device_of(serial_number: str, before: str = "") -> str:
     )
 
 
-def _found() -> list[PortInfo]:
-    """Return the ports that pyserial finds, by name."""
-    from serial.tools import list_ports as pyserial  # an arm on simulated time needs no ports
-
-    unique = {info.device: info for info in pyserial.comports()}
-    return [
-        PortInfo(
-            device=device,
-            description="" if info.description in (None, _NOTHING) else info.description,
-            vid=info.vid,
-            pid=info.pid,
-            serial_number=info.serial_number,
-            manufacturer=info.manufacturer,
-        )
-        for device, info in sorted(unique.items())
-    ]
-
-
-def _stable_names() -> dict[str, str]:
-    """Return udev's stable link to each device; none without udev."""
-    try:
-        return {os.path.realpath(link): str(link) for link in sorted(BY_ID.iterdir())}
-    except OSError:
-        return {}
-
-
-# --- Why a serial port or a host cannot be opened ------------------------------------------------
+# Why a serial port or a host cannot be opened.
 
 _ABSENT = frozenset({errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO})
 _BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
 _FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
 # Groups that grant far too much for us to recommend joining them.
-_ADMIN_GROUPS = frozenset({"root", "wheel"})
+_ADMIN_GROUPS = frozenset({"root", "wheel", None})
 
 
 def refusal(port: str, error: BaseException) -> PortUnavailable:
     """Return the error for a device that could not be opened."""
-    text = str(error)
-    number = number_of(error)
+    text, number = str(error), number_of(error)
     if number in _BUSY or "Access is denied" in text:  # the latter on Windows
         return PortInUse(_in_use(port))
     if number in _FORBIDDEN:
         return PortForbidden(_forbidden(port))
     if number in _ABSENT or "FileNotFoundError" in text:
-        return NoSuchPort(_absent(port))
+        found = ", ".join(info.device for info in list_ports())
+        there = f"present: {found}" if found else "there is no serial port at all"
+        return NoSuchPort(f"there is no port {port} ({there}): check the cable and the name")
     if "Could not configure port" in text:
         return NoSuchPort(
             f"{port} is not a serial port, or nothing is connected to it ({text}): "
             "name another port, or check the cable"
         )
     return PortUnavailable(f"{port} cannot be opened ({text}): check its name and its settings")
+
+
+def _in_use(port: str) -> str:
+    found = holder(port)
+    if found is not None and found.pid == os.getpid():
+        return (
+            f"{port} is in use by another program or by this one (pid {found.pid}): close the "
+            "connection that uses it first"
+        )
+    named = "" if found is None else f", {found.program} (pid {found.pid})"
+    return f"{port} is in use by another program{named}: end that program first"
+
+
+def _forbidden(port: str) -> str:
+    group = owning_group(port)
+    if group in _ADMIN_GROUPS:
+        return (
+            f"no permission to open {port}: it belongs to {group or 'another user'} alone; ask "
+            "the administrator of this computer to give users access, for instance by a udev rule"
+        )
+    return (
+        f"no permission to open {port}: it belongs to the group {group}. Add yourself with "
+        f"`sudo usermod -aG {group} $USER`, then log in again"
+    )
+
+
+def owning_group(port: str) -> str | None:
+    """Return the name of the group that owns a device; None on Windows, and if it has no name."""
+    if sys.platform != "win32":
+        with contextlib.suppress(OSError, KeyError):
+            return grp.getgrgid(Path(port).stat().st_gid).gr_name
+    return None
+
+
+def no_connection(url: str, error: BaseException) -> PortUnavailable:
+    """Return the error for a host that could not be reached."""
+    return NoConnection(
+        f"{url} cannot be reached ({error}): check the address, that the host is on and in the "
+        "same network, and that a program listens there"
+    )
 
 
 # Where Linux makes them, and gives the numbers of closed ones to new ones.
@@ -289,90 +302,20 @@ def require_no_terminal(port: str) -> None:
     to another simulator's arm.
     """
     user = terminal_user(port)
-    if user is None and is_left_link(Path(port)):
+    if user is not None:
+        link = "remove the link if its simulator has ended, or " if Path(port).is_symlink() else ""
+        raise PortInUse(
+            f"{port} is the terminal of another program, {user.program} (pid {user.pid}): {link}"
+            "end that program, or name another port"
+        )
+    if is_left_link(Path(port)):
         raise PortUnavailable(
             f"{port} is a link that an ended simulator has left: {os.path.realpath(port)} now "
             "belongs to another program. Remove the link, and start the simulator again"
         )
-    if user is None:
-        return
-    way = "end that program, or name another port"
-    if Path(port).is_symlink():
-        way = f"remove the link if its simulator has ended, or {way}"
-    raise PortInUse(
-        f"{port} is the terminal of another program, {user.program} (pid {user.pid}): {way}"
-    )
 
 
-def no_connection(url: str, error: BaseException) -> PortUnavailable:
-    """Return the error for a host that could not be reached."""
-    for cause in causes(error):
-        if isinstance(cause, ConnectionRefusedError):
-            return NoConnection(
-                f"{url} refused the connection: start the program that listens there, or correct "
-                "the port number"
-            )
-        if isinstance(cause, socket.gaierror):
-            return NoConnection(
-                f"{url} names an unknown host ({cause.strerror}): correct the name, or use the "
-                "host's IP address"
-            )
-        if isinstance(cause, TimeoutError):
-            return NoConnection(
-                f"{url} does not answer: check that the host is on and in the same network"
-            )
-    return NoConnection(f"{url} cannot be reached ({error}): check the address and the network")
-
-
-def _in_use(port: str) -> str:
-    found = holder(port)
-    if found is None:
-        return f"{port} is in use by another program: end that program first"
-    if found.pid == os.getpid():
-        return (
-            f"{port} is in use by another program or by this one (pid {found.pid}): close the "
-            "connection that uses it first"
-        )
-    return (
-        f"{port} is in use by another program, {found.program} (pid {found.pid}): end that "
-        "program first"
-    )
-
-
-def _forbidden(port: str) -> str:
-    group = owning_group(port)
-    if group is None or group in _ADMIN_GROUPS:
-        return (
-            f"no permission to open {port}: it belongs to {group or 'another user'} alone; ask "
-            "the administrator of this computer to give users access, for instance by a udev rule"
-        )
-    return (
-        f"no permission to open {port}: it belongs to the group {group}. Add yourself with "
-        f"`sudo usermod -aG {group} $USER`, then log in again"
-    )
-
-
-def owning_group(port: str) -> str | None:
-    """Return the name of the group that owns a device; None on Windows."""
-    if sys.platform == "win32":
-        return None
-    try:
-        number = Path(port).stat().st_gid
-    except OSError:
-        return None
-    try:
-        return grp.getgrgid(number).gr_name
-    except KeyError:
-        return str(number)
-
-
-def _absent(port: str) -> str:
-    found = ", ".join(device_names())
-    there = f"present: {found}" if found else "there is no serial port at all"
-    return f"there is no port {port} ({there}): check the cable and the name"
-
-
-# --- CAN adapters, with the address that opens each ----------------------------------------------
+# CAN adapters, with the address that opens each.
 #
 # The system knows its own CAN interfaces, and serial adapters by their USB ids. The drivers of
 # python-can are not asked for others: they load libraries of many vendors, which may hang or crash.
@@ -382,34 +325,8 @@ NET = Path("/sys/class/net")
 CAN_TYPE = "280"
 _UP = 0x1  # IFF_UP
 
-
-def can_interfaces() -> dict[str, bool]:
-    """Return the kernel's CAN interfaces, and whether each is up; none except on Linux."""
-    found = {}
-    try:
-        folders = sorted(NET.iterdir())
-    except OSError:
-        return {}
-    for folder in folders:
-        try:
-            if (folder / "type").read_text().strip() == CAN_TYPE:
-                found[folder.name] = bool(int((folder / "flags").read_text(), 16) & _UP)
-        except (OSError, ValueError):  # gone meanwhile
-            continue
-    return found
-
-
-def bring_up(channel: str, bitrate: str = "") -> str:
-    """Return the command that brings a kernel interface up."""
-    return (
-        f"sudo ip link set {channel} up type can bitrate {bitrate or 500000} restart-ms 100"
-        if not channel.startswith("vcan")
-        else f"sudo ip link set {channel} up"
-    )
-
-
 # Serial CAN adapters by their USB ids; those with the generic ids of their chip are left out.
-SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(
+SLCAN: Mapping[tuple[int | None, int | None], str] = MappingProxyType(
     {
         (0xAD50, 0x60C4): "CANable or CANtact with slcan firmware",
         (0x16D0, 0x117E): "CANable 2 with slcan firmware",
@@ -427,13 +344,25 @@ class CanPort:
     todo: str = ""
 
 
+def can_interfaces() -> dict[str, bool]:
+    """Return the kernel's CAN interfaces, and whether each is up; none except on Linux."""
+    found = {}
+    for folder in sorted(NET.iterdir()) if NET.is_dir() else ():
+        with contextlib.suppress(OSError, ValueError):  # gone meanwhile
+            if (folder / "type").read_text().strip() == CAN_TYPE:
+                found[folder.name] = bool(int((folder / "flags").read_text(), 16) & _UP)
+    return found
+
+
+def bring_up(channel: str, bitrate: str = "") -> str:
+    """Return the command that brings a kernel interface up."""
+    rate = f" type can bitrate {bitrate or BITRATE} restart-ms 100"
+    return f"sudo ip link set {channel} up{'' if channel.startswith('vcan') else rate}"
+
+
 def list_can_ports(ports: Iterable[PortInfo]) -> list[CanPort]:
     """Return the adapters known to the system; `ports` are its serial ports."""
-    return [*_of_kernel(), *_on_serial(ports)]
-
-
-def _of_kernel() -> list[CanPort]:
-    return [
+    of_kernel = [
         CanPort(
             f"can:socketcan:{name}",
             "the kernel's CAN interface" + ("" if up else ", which is down"),
@@ -441,19 +370,15 @@ def _of_kernel() -> list[CanPort]:
         )
         for name, up in can_interfaces().items()
     ]
-
-
-def _on_serial(ports: Iterable[PortInfo]) -> list[CanPort]:
-    return [
+    on_serial = [
         CanPort(f"can:slcan:{info.device}?bitrate={BITRATE}", SLCAN[info.vid, info.pid])
         for info in ports
-        if info.vid is not None and info.pid is not None and (info.vid, info.pid) in SLCAN
+        if (info.vid, info.pid) in SLCAN
     ]
+    return of_kernel + on_serial
 
 
-# --- Why a CAN adapter cannot be opened ----------------------------------------------------------
-#
-# Recognizes python-can's errors without importing python-can.
+# Why a CAN adapter cannot be opened, from python-can's errors, without importing python-can.
 
 _GONE = frozenset({errno.ENODEV, errno.ENXIO, errno.EIO, errno.ENETDOWN, errno.EBADF})
 SLCAN_OR_NOT = (
@@ -465,16 +390,24 @@ NOT_INSTALLED = (
     "python-can is not installed, and every CAN bus needs it: run `pip install python-can` in the "
     "environment that armdrive is in"
 )
+# What python-can's interfaces say if their library is missing; some raise a NameError.
+_NO_LIBRARY = ("Cannot import", "No backend", "library not found")
+# Advice on an adapter that cannot be opened, by its interface.
+_ADVICE: Mapping[str, str] = MappingProxyType(
+    {
+        "socketcan": "check its name with `ip -details link`; it needs Linux with the kernel's CAN "
+        f"modules. {SLCAN_OR_NOT}",
+        "gs_usb": "if the kernel's own driver has it, use can:socketcan:can0; if you have no "
+        'permission, a udev rule gives it to you (SUBSYSTEM=="usb", ATTR{idVendor}=="1d50", '
+        f'ATTR{{idProduct}}=="606f", MODE="0666"). {SLCAN_OR_NOT}',
+    }
+)
 
 
 def is_down(address: CanAddress) -> PortUnavailable | None:
     """Return the error for a kernel interface that exists but is down."""
     if address.interface != "socketcan" or can_interfaces().get(address.channel, True):
         return None
-    return _down(address)
-
-
-def _down(address: CanAddress) -> PortUnavailable:
     return PortUnavailable(
         f"the CAN interface {address.channel} is down: bring it up with "
         f"`{bring_up(address.channel, address.option('bitrate'))}`"
@@ -498,26 +431,35 @@ def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavaila
 
 def can_refusal(address: CanAddress, error: BaseException) -> PortUnavailable:
     """Return the error for an adapter that could not be opened."""
-    text = _text(error)
-    if missing := _missing(address, error, text):
-        return missing
+    text = str(error).strip() or type(error).__name__
+    no_library = any(isinstance(each, ImportError | NameError) for each in causes(error))
+    if no_library or any(words in text for words in _NO_LIBRARY):
+        # pip's extras of python-can are named as its interfaces, but not every interface has one
+        return PortUnavailable(
+            f"python-can's interface {address.interface} lacks what it needs ({text}): run `pip "
+            f"install 'python-can[{address.interface.replace('_', '-')}]'`, or install its "
+            "driver's library (of gs_usb: libusb)"
+        )
     if not address.channel and (address.on_serial or "channel" in text):
         return PortUnavailable(
             f"{address} names no channel: write can:{address.interface}:CHANNEL. {SLCAN_OR_NOT}"
         )
     if address.device and any(isinstance(cause, OSError) for cause in causes(error)):
         found = refusal(address.device, error)
-        if isinstance(found, NoSuchPort):
-            return NoSuchPort(f"{found}. {SLCAN_OR_NOT}")
-        return found
-    if address.interface == "socketcan":
-        return _socketcan(address, error, text)
-    if address.interface == "gs_usb":
-        return _gs_usb(address, error, text)
-    return PortUnavailable(
-        f"{address} cannot be opened ({text}): check its channel and its options; they are those "
-        f"of python-can's interface {address.interface}"
+        return NoSuchPort(f"{found}. {SLCAN_OR_NOT}") if isinstance(found, NoSuchPort) else found
+    number, kind = number_of(error), PortUnavailable
+    if number in _FORBIDDEN:
+        kind = PortForbidden
+    elif number in _BUSY:
+        kind = PortInUse
+    elif number == errno.ENODEV or "Cannot find device" in text:
+        kind = NoSuchPort
+    advice = _ADVICE.get(
+        address.interface,
+        "check its channel and its options; they are those of python-can's interface "
+        f"{address.interface}",
     )
+    return kind(f"{address} cannot be opened ({text}): {advice}")
 
 
 def number_of(error: BaseException) -> int | None:
@@ -532,8 +474,7 @@ def number_of(error: BaseException) -> int | None:
 
 def gone_words(error: BaseException) -> str:
     """Describe an adapter that has gone or an interface that went down; empty for other errors."""
-    cause = error.__cause__ or error
-    why = reason_of(cause)
+    why = reason_of(error.__cause__ or error)
     if number_of(error) not in _GONE and "disconnected" not in why:
         return ""
     return f"its adapter has gone, or its interface is down ({why})"
@@ -544,57 +485,3 @@ def causes(error: BaseException | None) -> Iterator[BaseException]:
     while error is not None:
         yield error
         error = error.__cause__ or error.__context__
-
-
-def _text(error: BaseException) -> str:
-    return str(error).strip() or type(error).__name__
-
-
-def _missing(address: CanAddress, error: BaseException, text: str) -> PortUnavailable | None:
-    """Return the error for an interface whose library is not installed; None for other errors."""
-    kinds = (ImportError, NameError)  # some interfaces without their library raise the latter
-    absent = "Cannot import" in text or any(isinstance(each, kinds) for each in causes(error))
-    if not absent and not any(words in text for words in ("No backend", "library not found")):
-        return None
-    # pip's extras of python-can are named as its interfaces, but not every interface has one
-    extra = address.interface.replace("_", "-")
-    how = f"run `pip install 'python-can[{extra}]'`, or install its driver's library"
-    if "No backend" in text:
-        how = "install libusb (libusb-1.0-0 on Debian, `brew install libusb` on macOS)"
-    return PortUnavailable(
-        f"python-can's interface {address.interface} lacks what it needs ({text}): {how}"
-    )
-
-
-def _socketcan(address: CanAddress, error: BaseException, text: str) -> PortUnavailable:
-    number = number_of(error)
-    if number == errno.ENODEV:
-        there = ", ".join(can_interfaces()) or "none"
-        return NoSuchPort(
-            f"there is no CAN interface {address.channel} (there are: {there}): check the adapter. "
-            + SLCAN_OR_NOT
-        )
-    if number == errno.ENETDOWN:
-        return _down(address)
-    if number == errno.EAFNOSUPPORT or "PF_CAN" in text or os.name != "posix":
-        return PortUnavailable(
-            f"this system has no SocketCAN ({text}): it needs Linux with the kernel's CAN "
-            "modules. " + SLCAN_OR_NOT
-        )
-    return PortUnavailable(f"{address} cannot be opened ({text}): look at `ip -details link`")
-
-
-def _gs_usb(address: CanAddress, error: BaseException, text: str) -> PortUnavailable:
-    number = number_of(error)
-    if number == errno.EACCES:
-        return PortForbidden(
-            f"no permission to open {address}: a udev rule has to give its USB device to you "
-            '(SUBSYSTEM=="usb", ATTR{idVendor}=="1d50", ATTR{idProduct}=="606f", MODE="0666")'
-        )
-    if number == errno.EBUSY:
-        return PortInUse(
-            f"{address} is in use: the kernel's own driver has it, so use can:socketcan:can0"
-        )
-    if "Cannot find device" in text or number == errno.ENODEV:
-        return NoSuchPort(f"there is no adapter {address} ({text}). {SLCAN_OR_NOT}")
-    return PortUnavailable(f"{address} cannot be opened ({text}). {SLCAN_OR_NOT}")

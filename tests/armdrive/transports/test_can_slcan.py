@@ -12,7 +12,6 @@ from waiting import soon
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
-import can
 from can_bench import LONG_S, frames_of, until_lost
 from can_served import Served
 
@@ -30,8 +29,7 @@ HERE = Path(__file__).parent
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch):
     monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.1)
-    for interval_s in ("STATE_S", "LOOK_S", "ASK_AGAIN_S"):  # how often an adapter is asked
-        monkeypatch.setattr(can_link, interval_s, 0.01)
+    monkeypatch.setattr(can_link, "RECV_S", 0.01)
 
 
 @pytest.fixture
@@ -64,14 +62,6 @@ def test_closing_while_the_interpreter_ends_starts_no_thread(opened, monkeypatch
     monkeypatch.undo()
     assert not started
     opened._shut_down()
-
-
-def test_any_user_of_python_can_can_open_it(served):
-    channel = served.server.address
-    with can.Bus(channel, "slcan", ignore_config=True, bitrate=500000, sleep_after_open=0) as bus:
-        bus.send(can.Message(arbitration_id=5, data=b"hi", is_extended_id=False))
-        heard = bus.recv(LONG_S)
-    assert (heard.arbitration_id, bytes(heard.data)) == (6, b"hi")
 
 
 class TestOpening:
@@ -138,12 +128,6 @@ class TestOpening:
         with pytest.raises(PortUnavailable, match="names no channel"):
             open_link("can:slcan:?bitrate=500000", 0)
 
-    def test_a_refused_adapter_is_free_for_the_next_try(self, served):
-        for _ in range(3):
-            with pytest.raises(PortUnavailable):
-                open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
-        open_link(served.server.can_addresses[0], 0).close()
-
 
 class TestLosses:
     def test_at_a_wrong_bit_rate_the_first_frame_tells(self, served):
@@ -154,11 +138,6 @@ class TestLosses:
             assert link.health.refused >= 1
         assert served.drive.heard == []
 
-    def test_with_no_other_node_the_first_frame_tells(self, served, opened):
-        served.server.adapters[0].faults.alone = True
-        opened.write(pack(Frame(1)), 0.0)
-        assert "no node on the bus receives what is sent" in until_lost(opened)
-
     def test_bus_off_is_told_and_reopening_mends_it(self, served, opened):
         served.server.adapters[0].faults.bus_off = True
         opened.write(pack(Frame(1)), 0.0)
@@ -168,26 +147,6 @@ class TestLosses:
             link.write(pack(Frame(3)), 0.0)
             assert frames_of(link) == [Frame(4)]
             assert link.health.state is BusState.ACTIVE
-
-    @pytest.mark.parametrize("answered", [True, False])
-    def test_a_moment_of_refusals_is_forgiven(self, served, opened, monkeypatch, answered):
-        monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", LONG_S)
-        faults = served.server.adapters[0].faults
-        faults.alone = True
-        opened.write(pack(Frame(1)), 0.0)
-        while opened.health.state is not BusState.PASSIVE:
-            opened.wait(0.005)
-        faults.alone = False
-        served.drive.mute = not answered
-        opened.write(pack(Frame(3)), 0.0)
-        if answered:
-            assert frames_of(opened) == [Frame(4)]
-        while opened.health.state is not BusState.ACTIVE:
-            opened.wait(0.005)
-        monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.0)
-        opened.wait(0.2)
-        assert opened.read(0.0) == b""
-        assert (opened.health.received, opened.health.refused) == (answered, 1)
 
     def test_an_unplugged_adapter_is_lost_at_once_and_found_under_another_name(
         self, served, opened, tmp_path
@@ -203,6 +162,8 @@ class TestLosses:
             assert frames_of(link) == [Frame(2)]
 
     def test_nothing_is_left_open_after_all_of_that(self, served):
+        with pytest.raises(PortUnavailable):
+            open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
         open_link(served.server.can_addresses[0], 0).close()
         before = open_files()
         for _ in range(3):

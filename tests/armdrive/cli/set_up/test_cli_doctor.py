@@ -44,7 +44,7 @@ from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports import opening
 from armdrive.transports import ports as system
 from armdrive.transports.can_health import BusHealth
-from armdrive.transports.ports import CanPort
+from armdrive.transports.ports import CanPort, PortInfo
 from firmware_protocol import mks
 from firmware_protocol.mks import ReadEncoder, encode
 from firmware_protocol.robko01 import Pong
@@ -81,7 +81,8 @@ def test_where_no_port_can_be_meant_nothing_is_opened(call, port, monkeypatch):
 @pytest.mark.skipif(os.name != "posix", reason="needs files as devices")
 def test_a_missing_port_is_reported_before_the_question(call, port, tmp_path, monkeypatch):
     name = tmp_path / "ttyUSB7"
-    monkeypatch.setattr(system, "device_names", lambda: ("/dev/ttyS0", "/dev/ttyS1"))
+    there = (PortInfo("/dev/ttyS0"), PortInfo("/dev/ttyS1"))
+    monkeypatch.setattr(system, "list_ports", lambda: there)
     [finding] = call("doctor", str(name), "--json", code=4).json["findings"]
     assert finding["what"] == f"there is no port {name} (present: /dev/ttyS0, /dev/ttyS1)"
     assert finding["fix"] == "check the cable and the name"
