@@ -2,10 +2,10 @@
 
 What `armdrive run stack.arm` does, step by step:
 
-1. `program.read_program_file` reads the lines into a tree (language.grammar), checks it as a whole
-   and compiles it to instructions (language.compiling).
-2. `ArmProgram.machine` looks up the arm's points; the `Machine` runs one instruction after the
-   other until a line needs an act of the arm.
+1. `program.read_program_file` reads the lines into a tree (language.grammar), and checks it as a
+   whole (language.blocks).
+2. `ArmProgram.machine` looks up the arm's points; the `Machine` runs one line after the other until
+   one needs an act of the arm.
 3. `rehearsal.rehearse` runs a machine on a simulated twin; a refusal ends here, before anything
    moves.
 4. `running.ProgramRun` runs a new machine on the arm itself: it gives each act to the `Performer`
@@ -18,10 +18,10 @@ has no machine: its calls of the arm are watched instead, see `scripts`.
 
 Which file decides what:
 
-    language/         from text to instructions: words, grammar, checks, compiler
-    program           a compiled program, and the machine that runs it line by line: how
-                      many lines it may run without an act
-    interpreter       what each word does, as acts; the bounds of calls and values
+    language/         from text to a checked tree: words, grammar, checks
+    program           a checked program, and the machine that runs it line by line: which line
+                      comes next, and how many it may run without an act
+    interpreter       what each word does, as acts; how values are computed
     acts              what a program can ask of an arm
     running           acts carried out on an arm; the person; how pauses and stops affect delays
     rehearsal         the same acts on a simulated twin, its assumptions, and its time limit

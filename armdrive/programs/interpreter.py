@@ -35,23 +35,15 @@ from armdrive.programs.acts import (
     Remember,
     Say,
 )
-from armdrive.programs.language.compiling import (
-    ASSIGN,
-    CALL,
-    JUMP,
-    RETURN,
-    ROUND,
-    ROUNDS,
-    STOP,
-    UNLESS,
-    Instruction,
-)
 from armdrive.programs.language.syntax import (
+    Do,
     Expression,
     JointsOf,
     Literal,
     Name,
+    Statement,
     Use,
+    set_by,
 )
 from armdrive.programs.language.values import (
     PLACING,
@@ -70,12 +62,10 @@ from armdrive.programs.language.values import (
     truth,
     value_text,
 )
-from armdrive.programs.language.words import CALLABLE, COUNT, HERE, TIME, WORDS, Slot
-from armdrive.programs.language.writing import written
+from armdrive.programs.language.words import CALLABLE, HERE, TIME, WORDS, Slot
 from armdrive.programs.problems import SourceMark
 from armdrive.text.json_forms import (
     NUMBER,
-    TEXT,
     WHOLE,
     Form,
     Json,
@@ -91,42 +81,39 @@ from kinematics.spaces import Joints, Pose
 # The opening for the next move after `open` without a width.
 ALL_THE_WAY = "open"
 
-# How deep subprograms may call one another, or themselves.
-DEEPEST_CALL = 50
-
 
 @dataclass(slots=True)
-class CallFrame:
-    """A running subprogram: where it returns to, the call, its parameters and its loops."""
+class Frame:
+    """A block that is under way, by its number, and the line there.
 
-    back: int = 0
-    mark: SourceMark | None = None
-    own: dict[str, Value] = field(default_factory=dict)
-    loops: dict[str, tuple[int | None, ...]] = field(default_factory=dict)
-    """For each loop the rounds begun and the rounds in all; None for a loop without an end."""
+    Of a `repeat`, `begun` counts the rounds, and `rounds` is how many there are, None without an
+    end. `own` are the parameters of a call; None for a block within another one.
+    """
+
+    block: int = 0
+    at: int = 0
+    begun: int = 0
+    rounds: int | None = None
+    own: dict[str, Value] | None = None
 
 
 @dataclass(slots=True)
 class MachineState:
     """Where a program is, and what it has computed.
 
-    `answers` are those to the acts of the present line. `moved` says that one of these acts has
-    already brought the fingers to `opening`.
+    `frames` are the blocks around the present line, from the program itself inwards. `answers` are
+    those to the acts of this line. `moved` says that one of these acts has already brought the
+    fingers to `opening`.
     """
 
-    at: int = 0
+    frames: tuple[Frame, ...] = field(default_factory=lambda: (Frame(own={}),))
     answers: tuple[Value, ...] = ()
     moved: bool = False
-    frames: tuple[CallFrame, ...] = field(default_factory=lambda: (CallFrame(),))
     variables: dict[str, Value] = field(default_factory=dict)
     speed: float = 1.0
     opening: float | str | None = None
     """The opening that the fingers take with the next move: mm, `ALL_THE_WAY`, or None."""
     ended: bool = False
-
-    def __post_init__(self) -> None:
-        if not self.frames or self.at < 0:
-            raise ValueError("a running program is at one of its lines, in a frame")
 
 
 def _opening(data: Json, where: str) -> float | str | None:
@@ -155,19 +142,14 @@ def _from_json(data: Json, where: str) -> Value:
 VALUE: Form[Value] = Form(to_json, _from_json, {})
 _TRUTH: Form[bool] = Form(bool, lambda data, _: bool(data), {})
 _FRAME = record(
-    CallFrame,
-    back=WHOLE,
-    mark=optional(record(SourceMark, line=WHOLE, column=WHOLE, file=TEXT)),
-    own=by_name(VALUE),
-    loops=by_name(several(optional(WHOLE))),
+    Frame, block=WHOLE, at=WHOLE, begun=WHOLE, rounds=optional(WHOLE), own=optional(by_name(VALUE))
 )
 # How a state is written down; reading anything else raises `BadArgument`.
 STATE = record(
     MachineState,
-    at=WHOLE,
+    frames=several(_FRAME),
     answers=several(VALUE),
     moved=_TRUTH,
-    frames=several(_FRAME),
     variables=by_name(VALUE),
     speed=NUMBER,
     opening=Form(lambda opening: opening, _opening, {}),
@@ -193,15 +175,16 @@ class LineContext:
     def __init__(
         self,
         state: MachineState,
-        row: Instruction,
+        line: Statement,
         points: Mapping[str, PlaceValue],
         fk: ForwardKinematics | None,
     ) -> None:
         self.state = state
-        self.row = row
+        self.line = line
+        # the line as a word with its values, if it is one
+        self.do = line if isinstance(line, Do) else Do("")
         self.fk = fk
-        self.mark = row.mark
-        self.following = state.at + 1
+        self.mark = line.mark
         self._points = points
         self._answered = 0
 
@@ -209,15 +192,20 @@ class LineContext:
         """Return the answer to an act. Raises `ActNeeded` while there is none."""
         # the line has run to here before, so the first acts it asks for have their answers already
         if self._answered == len(self.state.answers):
-            raise ActNeeded(act, mark or self.row.mark)
+            raise ActNeeded(act, mark or self.line.mark)
         self._answered += 1
         return self.state.answers[self._answered - 1]
 
+    @property
+    def own(self) -> dict[str, Value]:
+        """The parameters of the present call."""
+        return next(frame.own for frame in reversed(self.state.frames) if frame.own is not None)
+
     def named(self, name: str) -> Value:
         """Return the value of a name: a parameter, a variable, or a point of the arm's book."""
-        low, frame = name.lower(), self.state.frames[-1]
+        low = name.lower()
         # a parameter hides a variable, a variable hides a point; only points differ by capitals
-        for values, key in ((frame.own, low), (self.state.variables, low), (self._points, name)):
+        for values, key in ((self.own, low), (self.state.variables, low), (self._points, name)):
             if key in values:
                 return values[key]
         raise LineFailure(f"{name!r} has no value yet")
@@ -228,9 +216,16 @@ class LineContext:
 
     def store(self, value: Value) -> None:
         """Give the name that the line sets, if it sets any, a value."""
-        own = self.state.frames[-1].own
-        for name in self.row.into:
-            (own if name in own else self.state.variables)[name] = value
+        for name, _ in set_by(self.line):
+            low = name.name.lower()
+            (self.own if low in self.own else self.state.variables)[low] = value
+
+    def values(self, found: Sequence[Expression], slots: Sequence[Slot] = ()) -> list[Value]:
+        """Return the values of expressions, within the bounds of slots. Raises `LineFailure`."""
+        values = [value_of(each, self) for each in found]
+        self.mark = self.line.mark
+        _require_bounds(slots, values)
+        return values
 
 
 # Values.
@@ -280,18 +275,17 @@ def _require_bounds(slots: Sequence[Slot], values: Sequence[Value]) -> None:
                 raise LineFailure(wrong)
 
 
-def _values(context: LineContext, found: Sequence[Expression] | None = None) -> list[Value]:
-    """Return the values of a line, or those found in it. Raises `LineFailure`."""
-    row = context.row
-    values = [value_of(each, context) for each in (row.values if found is None else found)]
-    context.mark = row.mark
-    if row.word in WORDS and found is None:
-        _require_bounds(WORDS[row.word].slots, values)
-    return values
+def _values(context: LineContext) -> list[Value]:
+    """Return the values of a word. Raises `LineFailure`."""
+    return context.values(context.do.arguments, WORDS[context.do.word].slots)
 
 
 def _numbers(context: LineContext) -> list[float]:
     return [number(value) for value in _values(context)]
+
+
+def _links(context: LineContext) -> dict[str, tuple[Expression, ...]]:
+    return dict(context.do.links)
 
 
 # Moving.
@@ -299,10 +293,9 @@ def _numbers(context: LineContext) -> list[float]:
 
 def _go(context: LineContext, goal: PlaceValue, *, opening_mm: float | None = None) -> None:
     """Go to a place; the fingers take the line's opening, or that of an earlier `open`."""
-    row = context.row
-    line = "_line" in row.word or row.word == "draw"
-    move = _move_to(goal.goal, context.state.speed, line=line)
-    about = written(row.values[0]) if WORDS[row.word].slots[0].title == "place" else ""
+    word, arguments = context.do.word, context.do.arguments
+    move = _move_to(goal.goal, context.state.speed, line="_line" in word or word == "draw")
+    about = next((each.name for each in arguments if isinstance(each, Name)), "")
     if context.state.opening == ALL_THE_WAY:
         context.ask(Go(GripperMove(None, context.state.speed)))
     elif opening_mm is None and isinstance(context.state.opening, float):
@@ -388,14 +381,16 @@ def _here(context: LineContext) -> None:
 
 
 def _remember(context: LineContext) -> None:
-    (value,) = _values(context)
-    found = place(value)
-    name = written(context.row.values[0])
-    context.ask(Remember(name, found.joints_deg or {}, found.opening_mm))
+    found = place(context.ask(Look()))
+    context.store(found)
+    name, _ = next(set_by(context.line))
+    context.ask(Remember(name.name, found.joints_deg or {}, found.opening_mm))
 
 
 def _shift(context: LineContext) -> None:
-    context.store(PLACING["shifted"](_values(context), context.fk))
+    name, _ = next(set_by(context.line))
+    values = context.values((name, *_links(context)["by"]))
+    context.store(PLACING["shifted"](values, context.fk))
 
 
 # Waiting, inputs and outputs.
@@ -422,17 +417,15 @@ def _signal(context: LineContext) -> None:
 
 
 def _wait_input(context: LineContext) -> None:
-    row, wanted, limit_s = context.row, _numbers(context), None
-    if row.limit is not None:
-        limits = _values(context, (row.limit,))
-        _require_bounds((TIME,), limits)
-        limit_s = number(limits[0])
+    wanted, links, limit_s = _numbers(context), _links(context), None
+    if "within" in links:
+        limit_s = number(context.values(links["within"], (TIME,))[0])
     awaited = AwaitInputs(*_parted(wanted), limit_s)
     came = context.ask(awaited)
-    if row.into:
+    if "into" in links:
         context.store(came)
-    elif row.limit is not None and not came:
-        raise LineFailure(f"within {written(row.limit)} s it did not happen that {awaited}")
+    elif limit_s is not None and not came:
+        raise LineFailure(f"within {limit_s:g} s it did not happen that {awaited}")
 
 
 def _hold(context: LineContext) -> None:
@@ -448,76 +441,20 @@ def _type(context: LineContext) -> None:
 
 
 def _expect(context: LineContext) -> None:
-    condition, *rest = context.row.values
-    (holds,) = _values(context, (condition,))
-    if truth(holds):
+    condition, *rest = context.do.arguments
+    if truth(context.values((condition,))[0]):
         return
-    values = _values(context, rest)
-    raise LineFailure(
-        values_text(values) if rest else f"`expect {written(condition)}` does not hold"
-    )
+    text = values_text(context.values(rest))
+    raise LineFailure(text if rest else "what is expected does not hold")
 
 
 def _stop(context: LineContext) -> None:
-    if context.row.values:
+    if context.do.arguments:
         _type(context)
     context.state.ended = True
 
 
-def _return(context: LineContext) -> None:
-    *outer, frame = context.state.frames
-    if outer:
-        context.state.frames = tuple(outer)
-        context.following = frame.back
-    else:
-        context.state.ended = True
-
-
-def _assign(context: LineContext) -> None:
-    (value,) = _values(context)
-    context.store(value)
-
-
-def _unless(context: LineContext) -> None:
-    (condition,) = _values(context)
-    if not truth(condition):
-        context.following = context.row.target
-
-
-def _jump(context: LineContext) -> None:
-    context.following = context.row.target
-
-
-def _rounds(context: LineContext) -> None:
-    counts = _numbers(context)
-    _require_bounds((COUNT,), counts)
-    loop = str(context.state.at + 1)  # the instruction that begins its rounds names the loop
-    context.state.frames[-1].loops[loop] = (0, int(counts[0]) if counts else None)
-
-
-def _round(context: LineContext) -> None:
-    loops, loop = context.state.frames[-1].loops, str(context.state.at)
-    begun, most = loops[loop]
-    if most is not None and (begun or 0) >= most:
-        context.following = context.row.target
-        return
-    if most is None and not context.row.into:
-        return  # nothing counts these rounds, so the program is in the same state in each
-    begun = (begun or 0) + 1
-    loops[loop] = (begun, most)
-    context.store(float(begun))
-
-
-def _call(context: LineContext) -> None:
-    values, state = _values(context), context.state
-    if len(state.frames) > DEEPEST_CALL:
-        raise LineFailure(f"subprograms call one another more than {DEEPEST_CALL} deep")
-    own = dict(zip(context.row.into, values, strict=True))
-    state.frames += (CallFrame(state.at + 1, context.row.mark, own),)
-    context.following = context.row.target
-
-
-# The function of every instruction.
+# What each word does before the next line follows.
 HANDLERS: Mapping[str, Callable[[LineContext], None]] = MappingProxyType({
     "move": _move, "move_line": _move, "move_with": _move, "move_line_with": _move,
     "approach": _approach, "approach_line": _approach, "depart": _depart, "depart_line": _depart,
@@ -525,6 +462,5 @@ HANDLERS: Mapping[str, Callable[[LineContext], None]] = MappingProxyType({
     "open": _open, "close": _close, "open_now": _open_now, "close_now": _close_now,
     "grasp": _grasp, "here": _here, "remember": _remember, "shift": _shift,
     "delay": _delay, "signal": _signal, "wait_input": _wait_input, "hold": _hold, "type": _type,
-    "expect": _expect, STOP: _stop, RETURN: _return,
-    ASSIGN: _assign, UNLESS: _unless, JUMP: _jump, ROUNDS: _rounds, ROUND: _round, CALL: _call,
+    "expect": _expect, "stop": _stop,
 })  # fmt: skip

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -34,13 +34,29 @@ from armdrive.programs.interpreter import (
     STATE,
     VALUE,
     ActNeeded,
+    Frame,
     LineContext,
     MachineState,
+    value_of,
 )
 from armdrive.programs.language import ENDING
-from armdrive.programs.language.compiling import NO_CODE, STOP, CompiledCode, Instruction, checked
+from armdrive.programs.language.blocks import CheckedProgram, checked, values_read
 from armdrive.programs.language.grammar import read_tree
-from armdrive.programs.language.syntax import Define, JointsOf, Tree, within
+from armdrive.programs.language.syntax import (
+    NOWHERE,
+    Assign,
+    Call,
+    Define,
+    Do,
+    Goto,
+    If,
+    JointsOf,
+    Repeat,
+    Statement,
+    Tree,
+    While,
+    set_by,
+)
 from armdrive.programs.language.values import (
     ForwardKinematics,
     LineFailure,
@@ -51,7 +67,7 @@ from armdrive.programs.language.values import (
     place,
     truth,
 )
-from armdrive.programs.language.words import ValueKind
+from armdrive.programs.language.words import COUNT, ValueKind
 from armdrive.programs.problems import (
     Problem,
     ProgramError,
@@ -100,7 +116,7 @@ class Context:
 class Program:
     """A program that was read and checked.
 
-    `tree` is the program as written, `code` as it is carried out; `context` was known before it.
+    `tree` is the program as written, `code` are its blocks; `context` was known before it.
     `lines` are its lines and those of the context. `near` says that a person has just typed it, so
     an error does not name its place.
     """
@@ -108,7 +124,7 @@ class Program:
     text: str
     file: str
     tree: Tree
-    code: CompiledCode
+    code: CheckedProgram = field(default_factory=CheckedProgram)
     context: Context = field(default_factory=Context)
     lines: SourceLines = field(default_factory=dict)
     near: bool = False
@@ -120,12 +136,7 @@ class Program:
     @cached_property
     def digest(self) -> str:
         """The sha256 of the text."""
-        return _sha256(self.text)
-
-    @cached_property
-    def code_digest(self) -> str:
-        """The sha256 of the instructions: another version of armdrive may compile others."""
-        return _sha256(repr([row.plain for row in self.code.instructions]))
+        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
 
     @property
     def wanted(self) -> Mapping[str, SourceMark]:
@@ -163,21 +174,27 @@ class Program:
         """
         if snapshot.get("format") != FORMAT:
             raise ProgramError("this state of a program was written by another version of armdrive")
-        if (snapshot.get("program"), snapshot.get("code")) != (self.digest, self.code_digest):
+        if snapshot.get("program") != self.digest:
             raise ProgramError("the program has changed since: start it again")
         try:
             values = by_name(VALUE).read(snapshot["points"], "points")
             points = {name: place(value) for name, value in values.items()}
             state = STATE.read(snapshot["state"], "state")
-            _ = self.code.instructions[state.at]  # raises `IndexError` for a state beyond the end
+            for frame in state.frames:  # raises `IndexError` for a state beyond the end
+                _ = (*self.code.blocks[frame.block].body, None)[frame.at]
+            _ = {**state.frames[0].own}  # type: ignore[dict-item] # raises `TypeError` for None
         except (KeyError, TypeError, ValueError, IndexError, ArmError, LineFailure) as error:
             raise ProgramError(f"this state of a program cannot be used: {error}") from None
         return Machine(self, points, fk, state)
 
+    @property
+    def _statements(self) -> Iterator[Statement]:
+        return (line for block in self.code.blocks for line in block.body)
+
     def _places(
         self, book: Mapping[str, Mapping[str, float]]
     ) -> tuple[dict[str, PlaceValue], list[Problem]]:
-        own = {name for row in self.code.instructions for name in row.sets}
+        own = {name.name for line in self._statements for name, _ in set_by(line)}
         places, problems = {}, []
         for name, mark in self.wanted.items():
             found = _in_book(name, book, own | {*self.context.variables})
@@ -188,19 +205,10 @@ class Program:
         return places, problems
 
     def _wrong_joints(self, joint_names: tuple[str, ...]) -> list[Problem]:
-        found = [
-            each
-            for row in self.code.instructions
-            for value in row.values
-            for each in within(value)
-            if isinstance(each, JointsOf)
-        ]
+        values = (value for line in self._statements for value in values_read(line))
+        found = [value for value in values if isinstance(value, JointsOf)]
         wrong = [(each.mark, _joints_wrong([*dict(each.angles)], joint_names)) for each in found]
         return [Problem(mark, text) for mark, text in wrong if text]
-
-
-def _sha256(text: str) -> str:
-    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def _in_book(
@@ -234,11 +242,14 @@ def _joints_wrong(named: list[str], known: tuple[str, ...]) -> str:
     )
 
 
-# The most instructions between two acts. They take some tenths of a second.
+# The most lines between two acts. They take some tenths of a second.
 MOST_STEPS = 100_000
 
+# How deep subprograms may call one another, or themselves.
+DEEPEST_CALL = 50
+
 # The format of a snapshot.
-FORMAT = 2
+FORMAT = 3
 
 
 class Machine:
@@ -264,7 +275,7 @@ class Machine:
     @property
     def ended_by_stop(self) -> bool:
         """Whether it ended at a `stop`, and not after its last line."""
-        return self._state.ended and self._row.word == STOP
+        return self._state.ended and isinstance(self._line, Do)
 
     def require_fingers_moved(self) -> None:
         """Raise `ProgramError` if an `open` or a `close` still waits for a move at the end."""
@@ -272,7 +283,7 @@ class Machine:
         if opening is not None and not self.ended_by_stop:
             word = "close" if opening == 0.0 else "open"
             text = f"`{word}` waits for the next move, and none follows: write `{word}_now`"
-            raise self._failure(text, self._row.mark)
+            raise self._failure(text, self.program.tree.body[-1].mark)
 
     @property
     def context(self) -> Context:
@@ -318,50 +329,143 @@ class Machine:
         return {
             "format": FORMAT,
             "program": self.program.digest,
-            "code": self.program.code_digest,
             "points": by_name(VALUE).write(dict(self._points)),
             "state": STATE.write(self._state),
         }
 
+    # -- line by line ------------------------------------------------------------------------
+
+    def _line_of(self, frame: Frame) -> Statement | None:
+        """Return the line at which a block is; None at its end."""
+        body = self.program.code.blocks[frame.block].body
+        return body[frame.at] if frame.at < len(body) else None
+
     @property
-    def _row(self) -> Instruction:
-        return self.program.code.instructions[self._state.at]
+    def _line(self) -> Statement | None:
+        return self._line_of(self._state.frames[-1])
 
     def _run_on(self) -> RunStage | None:
-        """Go on to the next act. If a line fails, the state stays as it was after the last act."""
-        # written down rather than copied: a handler changes parts of the state before it fails
-        before = STATE.write(self._state)
-        wrong = "the program loops here without giving the arm anything to do"
+        """Go on to the next act; return None at the end."""
+        wrong, mark = "the program loops here without giving the arm anything to do", NOWHERE
         for _ in range(MOST_STEPS):
-            line = LineContext(self._state, self._row, self._points, self._fk)
-            try:
-                HANDLERS[line.row.word](line)
-            except ActNeeded as needed:
-                return RunStage(needed.act, needed.mark)
-            except (LineFailure, ArmError, KinematicsError) as error:
-                wrong = str(error)
-                break
+            line = self._line
+            if line is None:
+                self._end_block()
+            else:
+                context = LineContext(self._state, line, self._points, self._fk)
+                try:
+                    self._run(line, context)
+                except ActNeeded as needed:
+                    return RunStage(needed.act, needed.mark)
+                except (LineFailure, ArmError, KinematicsError) as error:
+                    wrong, mark = str(error), context.mark
+                    break
+                mark = line.mark
             if self._state.ended:
                 return None
-            self._go_to(line.following)
-        self._error = self._failure(wrong, line.mark)
-        self._state = STATE.read(before, "state")
+        self._error = self._failure(wrong, mark)
         raise self._error
 
-    def _go_to(self, at: int) -> None:
+    def _run(self, line: Statement, context: LineContext) -> None:
+        """Run a line, and go to the next one."""
+        frame, code = self._state.frames[-1], self.program.code
+        match line:
+            case Do(word="break"):
+                self._leave_for_loop()
+            case Do(word="continue"):
+                self._leave_for_loop()
+                return
+            case Do(word="return"):
+                while self._leave().own is None:
+                    pass
+            case Do(word=word):
+                HANDLERS[word](context)
+                if self._state.ended:
+                    return
+            case Assign(value=value):
+                context.store(context.values((value,))[0])
+            case Goto(name=name):
+                while name.lower() not in code.blocks[self._state.frames[-1].block].labels:
+                    self._leave()
+                frame = self._state.frames[-1]
+                frame.at = code.blocks[frame.block].labels[name.lower()]
+            case Call():
+                self._call(line, context)
+                return
+            case If(branches=branches):
+                for index, branch in enumerate(branches):
+                    context.mark = branch.mark
+                    if branch.condition is None or truth(value_of(branch.condition, context)):
+                        self._enter(code.blocks[frame.block].inner[frame.at][index])
+                        return
+            case While(condition=condition):
+                if truth(context.values((condition,))[0]):
+                    self._enter(code.blocks[frame.block].inner[frame.at][0])
+                    return
+            case Repeat():
+                if _another_round(line, frame, context):
+                    self._enter(code.blocks[frame.block].inner[frame.at][0])
+                    return
+        self._follow()
+
+    def _follow(self) -> None:
+        """Go to the line after the present one."""
         state = self._state
-        state.at, state.answers = at, ()
+        frame = state.frames[-1]
+        frame.at, frame.begun, frame.rounds, state.answers = frame.at + 1, 0, None, ()
         if state.moved:
             state.opening, state.moved = None, False
 
-    @property
-    def _calls(self) -> tuple[SourceMark, ...]:
-        """The calls that led to the present line."""
-        return tuple(frame.mark for frame in self._state.frames if frame.mark is not None)
+    def _enter(self, block: int, own: dict[str, Value] | None = None) -> None:
+        """Begin a block. The line around it stays the present one of its own block."""
+        self._state.answers = ()
+        self._state.frames += (Frame(block, own=own),)
+
+    def _leave(self) -> Frame:
+        """Go back to the line around the present block."""
+        self._state.answers = ()
+        *outer, left = self._state.frames
+        self._state.frames = tuple(outer)
+        return left
+
+    def _leave_for_loop(self) -> None:
+        self._leave()
+        while not isinstance(self._line, While | Repeat):
+            self._leave()
+
+    def _end_block(self) -> None:
+        """Go on where a block ends: a loop decides itself whether there is another round."""
+        if len(self._state.frames) == 1:
+            self._state.ended = True
+            return
+        self._leave()
+        if not isinstance(self._line, While | Repeat):
+            self._follow()
+
+    def _call(self, line: Call, context: LineContext) -> None:
+        values = context.values(line.arguments)
+        if len([each for each in self._state.frames if each.own is not None]) > DEEPEST_CALL:
+            raise LineFailure(f"subprograms call one another more than {DEEPEST_CALL} deep")
+        called = self.program.code.subprograms[line.name.lower()]
+        self._enter(called.block, dict(zip(called.parameters, values, strict=True)))
 
     def _failure(self, text: str, mark: SourceMark) -> ProgramError:
-        led = "".join(f", called in line {call.line}" for call in reversed(self._calls[-3:]))
+        lines = (self._line_of(frame) for frame in self._state.frames[:-1])
+        calls = [line.mark.line for line in lines if isinstance(line, Call)]
+        led = "".join(f", called in line {line}" for line in reversed(calls[-3:]))
         return self.program.error([Problem(mark, text + led)])
+
+
+def _another_round(line: Repeat, frame: Frame, context: LineContext) -> bool:
+    """Begin the next round of a loop, unless all are done."""
+    if not frame.begun and line.count is not None:
+        frame.rounds = int(number(context.values((line.count,), (COUNT,))[0]))
+    if frame.rounds is not None and frame.begun >= frame.rounds:
+        return False
+    if not frame.begun or frame.rounds is not None or line.variable:
+        frame.begun += 1  # endless rounds that nothing counts all have the same state
+    context.store(float(frame.begun))
+    return True
 
 
 def _brought(act: Act, answer: Answer) -> Value:
@@ -388,15 +492,15 @@ def read_program(text: str, file: str = "") -> Program:
     """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong."""
     tree, problems = read_tree(text, file)
     lines = numbered_lines(lines_of(text), file)
-    return checked_program(Program(text, file, tree, NO_CODE, lines=lines), problems)
+    return checked_program(Program(text, file, tree, lines=lines), problems)
 
 
 def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Program:
-    """Check and compile a program that was read with these problems. Raises `ProgramError`."""
+    """Check a program that was read with these problems. Raises `ProgramError`."""
     body, known = program.tree.body, program.context
     own = tuple(line for line in body if isinstance(line, Define))
     rest = tuple(line for line in body if not isinstance(line, Define))
-    # known subprograms are compiled again: this program may replace what they call
+    # known subprograms are checked again: this program may replace what they call
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
     if problems or wrong:
         raise program.error([*problems, *wrong])

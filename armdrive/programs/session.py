@@ -7,12 +7,11 @@ listed and saved.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 from armdrive.errors import BadRequest
-from armdrive.programs.language.compiling import NO_CODE
 from armdrive.programs.language.grammar import LineMistake, ProgramReader, read_values
 from armdrive.programs.language.syntax import (
     NAME,
@@ -20,7 +19,7 @@ from armdrive.programs.language.syntax import (
     Call,
     Define,
     Do,
-    Expression,
+    Label,
     Name,
     Statement,
     Tree,
@@ -28,8 +27,7 @@ from armdrive.programs.language.syntax import (
     every,
     within,
 )
-from armdrive.programs.language.words import FUNCTIONS, HERE, OPERATORS, RESERVED
-from armdrive.programs.language.writing import unparse
+from armdrive.programs.language.words import FUNCTIONS, HERE, RESERVED
 from armdrive.programs.problems import Problem, numbered_lines
 from armdrive.programs.program import (
     Context,
@@ -41,31 +39,32 @@ from armdrive.programs.program import (
 # Values that only an arm can give.
 OF_THE_ARM = (HERE, "input")
 
-# `width = 3` names a value; it could also be read as a comparison.
-_NAMING = re.compile(r"\s*\w+\s*=(?!=)")
-
 
 @dataclass(frozen=True, slots=True)
 class PromptEntry:
-    """One entry that was read and checked; `says` if it only shows values."""
+    """One entry that was read and checked; `says` if it only shows values.
+
+    `texts` are its parts as they were typed, with the subprogram that each defines.
+    """
 
     program: Program
     says: bool = False
+    texts: tuple[tuple[str, str], ...] = ()
 
 
 class Session:
     """The entries of a prompt so far.
 
     `title` is the name of an input whose lines are counted, such as a pipe; without it, a person
-    types. `book` has the names of the points in the arm's book. `kept` has the lines carried out,
-    by the numbers of their entries.
+    types. `book` has the names of the points in the arm's book. `kept` has the
+    texts of the entries carried out, by their numbers.
     """
 
     def __init__(self, title: str = "") -> None:
         self.context = Context()
         self.title = title
         self.book: frozenset[str] = frozenset()
-        self.kept: dict[int, tuple[Statement, ...]] = {}
+        self.kept: dict[int, tuple[tuple[str, str], ...]] = {}
         self.number = 1
         self._lines: list[str] = []
         self._begin = 1
@@ -84,23 +83,26 @@ class Session:
         `position` is the line's number in the input. An unreadable line is not taken. Raises
         `ProgramError`.
         """
-        wrong = None
         if not self._lines:
             self._begin = position if self.title else 1
             self._reader = ProgramReader(self._file)
+        wrong: LineMistake | None = None
+        read: Statement | None = None
+        try:
+            read = self._reader.take(line, self._begin + len(self._lines))
+        except LineMistake as mistake:
+            wrong = mistake
+        if not self._lines and (wrong or self._shows(read)):
             try:
                 values = read_values(line, self._begin, self._file)
-                if self._meant(values, line):
-                    say = Do("type", values, mark=values[0].mark)
-                    return PromptEntry(self._checked(Tree((say,)), [line]), says=True)
+                say = Do("type", values, mark=values[0].mark)
+                return PromptEntry(self._checked(Tree((say,)), [line]), says=True)
             except LineMistake as mistake:
-                wrong = mistake if self._like_values(line) else None
-        try:
-            self._reader.take(line, self._begin + len(self._lines))
-        except LineMistake as mistake:
-            raise self._draft([*self._lines, line]).error([(wrong or mistake).problem]) from None
+                wrong = mistake if self._like_values(line) else wrong
+        if wrong:
+            raise self._draft([*self._lines, line]).error([wrong.problem])
         self._lines.append(line)
-        return None if self._reader.open_blocks else self._finished()
+        return None if self._reader.unfinished else self._finished()
 
     def abandon(self) -> None:
         """Forget the lines of an unfinished block."""
@@ -116,12 +118,19 @@ class Session:
 
         Lines that move, wait, or ask the arm are left out. Raises `ProgramError`.
         """
-        body = tuple(line for line in program.tree.body if _given(line))
+        body, texts = list[Statement](), list[tuple[str, str]]()
+        whole, source = program.tree.body, program.text.splitlines()
+        for line, following in zip_longest(whole, whole[1:]):
+            if _given(line):
+                end = None if following is None else following.mark.line - 1
+                texts.append((_defined(line), "\n".join(source[line.mark.line - 1 : end])))
+                body.append(line)
         if not body:
             raise BadRequest(f"{name} has no subprograms, points or values to take")
-        tree, lines = Tree(body), {**self.context.lines, **program.lines}
+        tree, lines = Tree(tuple(body)), {**self.context.lines, **program.lines}
         known = replace(self.context, defines=_needed(tree, self.context))
-        return PromptEntry(checked_program(replace(program, tree=tree, context=known, lines=lines)))
+        taken = checked_program(replace(program, tree=tree, context=known, lines=lines))
+        return PromptEntry(taken, texts=tuple(texts))
 
     def _finished(self) -> PromptEntry | None:
         """Return the entry of the lines typed; None if there is nothing in them."""
@@ -130,7 +139,8 @@ class Session:
         tree, problems = self._reader.finish()
         if not any(each.strip() for each in lines):
             return None
-        return PromptEntry(self._checked(tree, lines, problems))
+        program = self._checked(tree, lines, problems)
+        return PromptEntry(program, texts=((_defined(*tree.body[:1]), program.text),))
 
     def _checked(
         self, tree: Tree, lines: Sequence[str], problems: Iterable[Problem] = ()
@@ -143,17 +153,19 @@ class Session:
         """Return lines as a program that has not been read."""
         known = {**self.context.lines, **numbered_lines(lines, self._file, self._begin)}
         text, near = "\n".join(lines), not self.title
-        return Program(text, self._file, Tree(()), NO_CODE, self.context, known, near)
+        return Program(text, self._file, Tree(()), context=self.context, lines=known, near=near)
 
-    def _meant(self, values: tuple[Expression, ...], line: str) -> bool:
-        """Return whether a line is meant as values, if it could also be a statement."""
-        match values:
-            case (Name(name=name),):
+    def _shows(self, line: Statement | None) -> bool:
+        """Return whether a line that could be a statement is meant as a value, to be shown."""
+        match line:
+            case Call(name=name, arguments=()):
                 return self._has_value(name)
-            case (Use(name=name),) if name not in OPERATORS and not name.startswith("."):
-                return name in FUNCTIONS  # otherwise it may be the call of a subprogram
+            case Call(name=name):
+                return name.lower() in FUNCTIONS
+            case Do(word="here", arguments=()) | Label(name=_):
+                return True
             case _:
-                return _NAMING.match(line) is None
+                return False
 
     def _has_value(self, name: str) -> bool:
         low = name.lower()
@@ -182,11 +194,11 @@ class Session:
             return  # a `stop` would end the program of all entries as well
         replaced = {line.name.lower() for line in own}
         left = {
-            number: tuple(line for line in lines if not _defines(line, replaced))
-            for number, lines in self.kept.items()
+            number: tuple(each for each in texts if each[0] not in replaced)
+            for number, texts in self.kept.items()
         }
-        self.kept = {number: lines for number, lines in left.items() if lines}
-        self.kept[self.number] = body
+        self.kept = {number: texts for number, texts in left.items() if texts}
+        self.kept[self.number] = entry.texts
         self.number += 1
 
     def drop(self, number: str) -> None:
@@ -202,7 +214,7 @@ class Session:
     @property
     def text(self) -> str:
         """The program of all that was carried out."""
-        return unparse(Tree(tuple(line for lines in self.kept.values() for line in lines)))
+        return "".join(f"{text}\n" for texts in self.kept.values() for _, text in texts)
 
 
 def _needed(tree: Tree, known: Context) -> tuple[Define, ...]:
@@ -224,8 +236,9 @@ def _called(line: Statement) -> list[str]:
     return [each.name.lower() for each in every((line,)) if isinstance(each, Call)]
 
 
-def _defines(line: Statement, names: set[str]) -> bool:
-    return isinstance(line, Define) and line.name.lower() in names
+def _defined(line: Statement | None = None) -> str:
+    """Return the subprogram that a line defines, "" if it is none."""
+    return line.name.lower() if isinstance(line, Define) else ""
 
 
 def _given(line: Statement) -> bool:

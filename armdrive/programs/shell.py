@@ -19,7 +19,6 @@ from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.errors.printable import command_line
 from armdrive.programs.acts import RunStep
 from armdrive.programs.interpreter import to_json
-from armdrive.programs.language.syntax import Tree
 from armdrive.programs.language.values import PlaceValue, value_text
 from armdrive.programs.language.words import (
     FORMS,
@@ -29,7 +28,6 @@ from armdrive.programs.language.words import (
     meanings,
     overview,
 )
-from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import (
     ArmProgram,
     Machine,
@@ -181,8 +179,8 @@ def _help(shell: Shell, rest: str) -> Answers:
 
 
 def _list(shell: Shell, _: str) -> Answers:
-    for number, body in shell.session.kept.items():
-        text = unparse(Tree(body)).rstrip("\n")
+    for number, texts in shell.session.kept.items():
+        text = "\n".join(text for _, text in texts)
         first, *others = text.split("\n")
         rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
         yield Reply({"event": "list", "entry": number, "text": text}, "\n".join(rows))

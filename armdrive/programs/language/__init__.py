@@ -1,13 +1,13 @@
-"""The language of programs: its words, grammar and values, the checks, and the compiled form.
+"""The language of programs: its words, grammar and values, and the checks.
 
 Which file decides what:
 
     words      every word of programs: one table for checks, help and docs
-    grammar    `program.lark` made into a tree, and the sentences about mistakes
-    syntax     the tree; `writing` turns it back into text
+    grammar    lines by `program.lark`, nested to a tree; the sentences about mistakes
+    syntax     the tree
     values     numbers, truth, texts, places
     checking   values of each line: how many, of which kind, within which bounds
-    compiling  the whole program: names, blocks, and the list of instructions
+    blocks     the whole program: names, labels, loops, and names without a value
 """
 
 # How the name of a program's file ends.

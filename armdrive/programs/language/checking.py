@@ -41,39 +41,21 @@ from kinematics.text import counted
 
 
 class Kinds:
-    """The kinds of a program's names. The first value of a name decides its kind."""
+    """The kinds of a program's names, as far as the text tells them.
+
+    The first value of a name decides its kind. That of a parameter is known when it is called.
+    """
 
     def __init__(
         self, names: ProgramNames, known: Mapping[str, ValueKind] = MappingProxyType({})
     ) -> None:
         self.variables = names.variables
         self.subprograms = names.subprograms
-        self._kinds = {("", name): kind for name, kind in known.items()}
-        setting = [
-            (define, line)
-            for define, line in names.lines
-            if isinstance(line, Call) or any(set_by(line))
-        ]
-        # a kind may come from a name that gets its own only in a later line: repeat until none does
-        while True:
-            found = len(self._kinds)
-            for define, line in setting:
-                for name, kind, owner in self._given(define, line):
-                    if kind is not None:
-                        self._kinds.setdefault(_scope(name.lower(), owner), kind)
-            if len(self._kinds) == found:
-                return
-
-    def _given(
-        self, define: Define | None, line: Statement
-    ) -> Iterator[tuple[str, ValueKind | None, Define | None]]:
-        """Yield the names that a line sets, their kinds, and the subprogram that they belong to."""
-        for value, kind in self.set_by(define, line):
-            yield value.name, kind, define
-        called = self.subprograms.get(line.name.lower()) if isinstance(line, Call) else None
-        if called is not None and isinstance(line, Call):
-            for name, argument in zip(called.parameters, line.arguments, strict=False):
-                yield name, self.of(argument, define), called
+        self._kinds = dict(known)
+        for define, line in names.lines:
+            for name, kind in self.set_by(define, line):
+                if kind is not None and name.name.lower() not in own_names(define):
+                    self._kinds.setdefault(name.name.lower(), kind)
 
     def set_by(
         self, define: Define | None, line: Statement
@@ -90,7 +72,7 @@ class Kinds:
         low = name.lower()
         if self.nowhere(name, define) or low == HERE:
             return ValueKind.PLACE
-        return self._kinds.get(_scope(low, define))
+        return None if low in own_names(define) else self._kinds.get(low)
 
     def nowhere(self, name: str, define: Define | None) -> bool:
         """Return whether the program never sets a name: then it is a point of the arm's book."""
@@ -108,12 +90,6 @@ class Kinds:
                 return ValueKind.PLACE
             case Use():
                 return CALLABLE[value.name].gives if value.name in CALLABLE else None
-
-
-def _scope(name: str, define: Define | None) -> tuple[str, str]:
-    """Parameters belong to their subprogram, all other names to the program."""
-    own = define is not None and name in own_names(define)
-    return (define.name.lower() if own and define is not None else "", name)
 
 
 # Whether values fit: their number, kinds and bounds.

@@ -1,24 +1,21 @@
 """The parser of programs, and the sentences about mistakes.
 
-One grammar, program.lark, describes a whole program. The parser is fed line by line, so one mistake
-hides no other: a line that does not fit is left out, and the parser goes on where it was before
-that line. A prompt feeds the same parser with the lines as they are typed.
+The grammar, program.lark, describes one line, and `ProgramReader` nests the lines in blocks. So one
+mistake hides no other: a line that does not fit is left out. A prompt gives the same reader the
+lines as they are typed.
 """
 
 from __future__ import annotations
 
 import re
-import threading
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cache
-from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 from lark import Lark, Token, Transformer, UnexpectedCharacters, UnexpectedInput, v_args
-from lark.parsers.lalr_interactive_parser import InteractiveParser
 
 from armdrive.programs.language.syntax import (
     Assign,
@@ -33,7 +30,6 @@ from armdrive.programs.language.syntax import (
     Label,
     Literal,
     Name,
-    Remark,
     Repeat,
     Statement,
     Tree,
@@ -41,7 +37,7 @@ from armdrive.programs.language.syntax import (
     While,
     negative,
 )
-from armdrive.programs.language.words import LINKS, OPERATORS, RESERVED, SHAPES, SPELLINGS
+from armdrive.programs.language.words import LINKS, OPERATORS, RESERVED, SHAPES, SPELLINGS, WORDS
 from armdrive.programs.problems import Problem, SourceMark, lines_of
 from kinematics.errors import suggestion
 
@@ -71,27 +67,9 @@ _CHANGES = (":=", "+=", "-=", "*=", "/=")
 
 _FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
 
-# Names of the terminals that the parser expects; "" for those that would only be noise.
-_EXPECTED: Mapping[str, str] = MappingProxyType({
-    "NUMBER": "a value", "PERCENT": "a value", "TEXT": "a value", "TRUTH": "a value",
-    "JOINTS": "a value", "LPAR": "", "NOT": "a value", "MINUS": "",
-    "RPAR": "`)`", "COMMA": "a comma", "EQUAL": "`=`", "NAME": "a name",
-    "BREAK": "the end of the line", "$END": "the end of the line",
-    "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
-    "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
-})  # fmt: skip
-
-# Sentences about words that the parser takes, but not where they are.
-_MISPLACED: Mapping[str, str] = MappingProxyType({
-    "END": "this `end` ends nothing",
-    "ELSE": "this `else` belongs to no `if`; nothing comes after `else` but `end`",
-    "ELSEIF": "this `else` belongs to no `if`; nothing comes after `else` but `end`",
-    "DEFINE": "a subprogram cannot be defined within a block",
-})  # fmt: skip
-
 
 def mistake(
-    error: UnexpectedInput, line: str, accepted: set[str], *, statement: bool = True
+    error: UnexpectedInput, line: str, accepted: set[str], *, statement: bool
 ) -> tuple[int, str]:
     """Return the column of a mistake in a line, and a sentence about it.
 
@@ -102,16 +80,22 @@ def mistake(
         return error.column, _unknown_sign(line, error.column)
     token: Token = error.token  # type: ignore[attr-defined]
     column = (token.column or 1) if token else len(line.rstrip()) + 1
-    if token.type in _MISPLACED and not line[: column - 1].strip():
-        return column, _MISPLACED[token.type]
-    first = _first_word(line, column) if statement else None
+    first = _FIRST.match(line) if statement else None
     if first is not None:
-        return first
-    if not token:
-        return column, f"the line ends too early{_wanted(accepted)}"
+        found = _first_word(first, column)
+        if found:
+            return first.start(1) + 1, found
     if token.lower() in SHAPES and "NAME" in accepted:
         return column, f"`{token.lower()}` is a word of the language: choose another name"
-    return column, f"{str(token)!r} does not belong here{_wanted(accepted)}"
+    if "WORD" in accepted:
+        return column, "a number at the beginning of a line is a label, and a word comes after it"
+    what = f"{str(token)!r} does not belong here" if token else "the line ends too early"
+    if {"NUMBER", "LPAR"} <= accepted:
+        what += ": a value is missing"
+    elif "RPAR" in accepted:
+        what += ": a `)` is missing"
+    word = SPELLINGS.get(first[1].lower()) if first else None
+    return column, f"{what}, as in `{WORDS[word].example}`" if word else what
 
 
 def _unknown_sign(line: str, column: int) -> str:
@@ -123,22 +107,17 @@ def _unknown_sign(line: str, column: int) -> str:
     return f"{sign!r} has no meaning in a program"
 
 
-def _first_word(line: str, column: int) -> tuple[int, str] | None:
-    """Return the mistake in the first word of a line, if there is one."""
-    match = _FIRST.match(line)
-    if match is None:
-        return None
-    word, at = match[1], match.start(1) + 1
-    rest = line[match.end(1) :].lstrip()
-    low = word.lower()
+def _first_word(first: re.Match[str], column: int) -> str:
+    """Return what is wrong with the first word of a line; "" if it is not to blame."""
+    word, low = first[1], first[1].lower()
+    rest = first.string[first.end(1) :].lstrip()
     if low in RESERVED and rest.startswith("=") and not rest.startswith("=="):
-        return at, f"`{low}` is a word of the language: give the value another name"
+        return f"`{low}` is a word of the language: give the value another name"
     if rest.startswith(_CHANGES):
-        return at, f"to name a value, write `{word} = ...`"
-    known = low in SPELLINGS or low in SHAPES or low in RESERVED
-    if known or column <= at or rest.startswith(("=", ":", "(")):
-        return None
-    return at, unknown_word(word, (*SPELLINGS, *SHAPES)) or (
+        return f"to name a value, write `{word} = ...`"
+    if low in RESERVED or column <= first.start(1) + 1 or rest.startswith(("=", ":", "(")):
+        return ""
+    return unknown_word(word, (*SPELLINGS, *SHAPES)) or (
         f"there is no word {word!r}; a subprogram takes its values in brackets: `{word}(...)`"
     )
 
@@ -152,19 +131,7 @@ def unknown_word(word: str, known: Iterable[str]) -> str:
     return f"there is no word {word!r}{near}" if near else ""
 
 
-def _wanted(expected: set[str]) -> str:
-    if "NUMBER" in expected and "LPAR" in expected:
-        return ": a value is missing"
-    if "WORD" in expected:
-        return ": a number at the beginning of a line is a label, and a word comes after it"
-    named = {_EXPECTED.get(each, f"`{each.lower()}`") for each in expected} - {""}
-    listed = sorted(named)
-    if not listed:
-        return ""
-    return ": " + " or ".join(listed) + " was expected"
-
-
-# Making the parts of a program as the parser finds them.
+# Making a line from the tree that the parser finds.
 
 # The operator of each spelling.
 SIGNS: Mapping[str, str] = MappingProxyType(
@@ -173,60 +140,29 @@ SIGNS: Mapping[str, str] = MappingProxyType(
 
 _TRUE = ("on", "true")
 
-_Body: TypeAlias = tuple[Statement, ...]
-_Branches: TypeAlias = tuple[IfBranch, ...]
 # One of `into`, `by` and `within` with its values.
 _Link: TypeAlias = tuple[str, tuple[Expression, ...]]
+# The head of a block is a statement with an empty body; `else` is a branch, `end` its token.
+_Core: TypeAlias = Statement | IfBranch | Token
 
 
 @v_args(inline=True)
-class _TreeMaker(Transformer[Token, Tree]):
-    """Makes lines and values, with their places, as the parser finds them.
+class _LineMaker(Transformer[Token, object]):
+    """Makes a line of the program. Each method is named after a rule of the grammar."""
 
-    Each method is named after a rule of the grammar, and is called with the rule's parts. `note` is
-    the comment at the end of a line, None without one.
-
-    Whatever spans several lines is a tuple that grows by copying, and not a repetition of the
-    grammar: lark extends the list of a repetition in place, and a line that turns out to be wrong
-    could not be undone.
-    """
-
-    def __init__(self) -> None:
+    def __init__(self, number: int, file: str) -> None:
         super().__init__()
-        self.file = ""
+        self._number = number
+        self._file = file
 
     def _mark(self, token: Token) -> SourceMark:
-        return SourceMark(token.line or 1, token.column or 1, self.file)
+        return SourceMark(self._number, token.column or 1, self._file)
 
-    def program(self, lines: _Body) -> Tree:
-        return Tree(lines)
+    def line(self, *parts: Label | _Core) -> tuple[Label | _Core, ...]:
+        return parts
 
-    def values(self, values: list[Expression], *_: Token) -> list[Expression]:
+    def values(self, values: list[Expression]) -> list[Expression]:
         return values
-
-    # -- lines -------------------------------------------------------------------------------
-
-    def empty(self) -> _Body:
-        return ()
-
-    def joined(self, lines: _Body, more: _Body) -> _Body:
-        return lines + more
-
-    def line(self, *parts: Statement) -> _Body:
-        *before, note = parts
-        if not isinstance(note, Remark) or not before or note.text is None:
-            return tuple(before) or parts
-        return (*before[:-1], _noted(before[-1], note.text))
-
-    def block_line(self, *parts: Label | _Body) -> _Body:
-        return tuple(chain.from_iterable(p if isinstance(p, tuple) else (p,) for p in parts))
-
-    def note(self, *tokens: Token) -> Remark:
-        text = tokens[0][1:].removeprefix(" ").rstrip() if len(tokens) > 1 else None
-        return Remark(text, mark=self._mark(tokens[0]))
-
-    def end(self, note: Remark) -> _Body:
-        return () if note.text is None else (note,)
 
     def label(self, name: Token) -> Label:
         return Label(str(name), mark=self._mark(name))
@@ -253,25 +189,17 @@ class _TreeMaker(Transformer[Token, Tree]):
 
     def if_goto(self, word: Token, condition: Expression, target: Token) -> If:
         mark = self._mark(word)
-        goto = Goto(str(target), mark=self._mark(target))
-        return If((IfBranch(condition, (goto,), mark=mark),), mark=mark)
+        return If((IfBranch(condition, (self.goto(target),), mark=mark),), mark=mark)
 
-    # -- blocks: a head is a statement without a body --------------------------------------------
+    def if_(self, word: Token, condition: Expression) -> If:
+        mark = self._mark(word)
+        return If((IfBranch(condition, mark=mark),), mark=mark)
 
-    def if_(self, branches: _Branches, *rest: Any) -> _Body:
-        *other, end = rest
-        return (If(branches + (other[0] if other else ()), mark=branches[0].mark), *end)
+    def else_if(self, word: Token, condition: Expression) -> IfBranch:
+        return IfBranch(condition, mark=self._mark(word))
 
-    def branch(self, word: Token, *parts: Any) -> _Branches:
-        *condition, note, body = parts
-        found = condition[0] if condition else None
-        return (IfBranch(found, body, mark=self._mark(word), note=note.text or ""),)
-
-    def other_branch(self, branches: _Branches, *parts: Any) -> _Branches:
-        return branches + self.branch(*parts)
-
-    def loop(self, head: While | Repeat, note: Remark, body: _Body, end: _Body) -> _Body:
-        return (replace(head, body=body, note=note.text or ""), *end)
+    def else_(self, word: Token) -> IfBranch:
+        return IfBranch(None, mark=self._mark(word))
 
     def while_(self, word: Token, condition: Expression) -> While:
         return While(condition, mark=self._mark(word))
@@ -281,11 +209,7 @@ class _TreeMaker(Transformer[Token, Tree]):
         name = next((str(part) for part in parts if isinstance(part, Token)), "")
         return Repeat(count, variable=name, mark=self._mark(word))
 
-    def definition(self, *parts: Any) -> _Body:
-        *label, head, note, body, end = parts
-        return (*label, replace(head, body=body, note=note.text or ""), *end)
-
-    def define(self, name: Token, parameters: tuple[str, ...] = ()) -> Define:
+    def define(self, _: Token, name: Token, parameters: tuple[str, ...] = ()) -> Define:
         return Define(str(name), parameters, mark=self._mark(name))
 
     def names(self, *names: Token) -> tuple[str, ...]:
@@ -332,27 +256,10 @@ class _TreeMaker(Transformer[Token, Tree]):
         return Use(SIGNS[spelling], (left, right), mark=self._mark(sign))
 
 
-def _noted(line: Statement, note: str) -> Statement:
-    """Return a line with the comment at its end."""
-    match line:
-        case If(branches=(branch, *_)):  # `if ... then goto ...`
-            return replace(line, branches=(replace(branch, note=note),))
-        case Do() | Assign() | Call() | Label() | Goto():
-            return replace(line, note=note)
-        case _:
-            return line
-
-
-# Reading line by line.
+# Reading a line.
 
 # Characters. A longer line is a generator's mistake, and takes seconds to read.
 LONGEST_LINE = 10_000
-
-# A longer text is not a program, and reading it could take minutes.
-MOST_LINES = 10_000
-
-# The most levels of blocks.
-DEEPEST_BLOCK = 30
 
 # Operators and brackets of a line. Each may nest a value one level deeper.
 MOST_OPERATORS = 60
@@ -360,10 +267,6 @@ MOST_OPERATORS = 60
 _NESTING = frozenset({
     "LPAR", "PLUS", "MINUS", "TIMES", "OVER", "COMPARE", "AND", "OR", "NOT", "DOT",
 })  # fmt: skip
-# The terminals that begin a block.
-_OPENING = ("IF", "WHILE", "REPEAT", "DEFINE")
-
-_HEAD = re.compile(rf"\s*({'|'.join(_OPENING)})(?!\w)", re.IGNORECASE)
 
 
 class LineMistake(Exception):
@@ -374,141 +277,161 @@ class LineMistake(Exception):
         self.problem = problem
 
 
-class _SharedParser:
-    """The parser of all programs. Building it takes some 20 ms, so it is built when needed."""
-
-    def __init__(self) -> None:
-        self.maker = _TreeMaker()
-        self.lock = threading.Lock()
-        grammar = Path(__file__).with_name("program.lark").read_text("utf-8")
-        for name, words in (
-            ("words", SPELLINGS),
-            ("links", LINKS),
-            ("shapes", (*SHAPES, "elseif")),
-        ):
-            longest_first = sorted(words, key=len, reverse=True)
-            grammar = grammar.replace(f"@{name}@", "|".join(longest_first))
-        self.lark = Lark(
-            grammar,
-            parser="lalr",
-            lexer="contextual",
-            maybe_placeholders=False,
-            start=["program", "values"],
-            transformer=self.maker,
-        )
+@cache
+def _grammar() -> Lark:
+    """Return the parser of lines. Building it takes some 20 ms, so it is built when needed."""
+    grammar = Path(__file__).with_name("program.lark").read_text("utf-8")
+    shapes = (*SHAPES, "elseif")
+    for name, words in (("words", SPELLINGS), ("links", LINKS), ("shapes", shapes)):
+        longest_first = sorted(words, key=len, reverse=True)
+        grammar = grammar.replace(f"@{name}@", "|".join(longest_first))
+    return Lark(
+        grammar,
+        parser="lalr",
+        lexer="contextual",
+        maybe_placeholders=False,
+        start=["line", "values"],
+    )
 
 
-_shared = cache(_SharedParser)
+def _read(line: str, number: int, file: str, start: str) -> object:
+    """Return what a line says by the rule `start`. Raises `LineMistake`."""
+
+    def wrong(column: int, text: str) -> LineMistake:
+        return LineMistake(Problem(SourceMark(number, column, file), text))
+
+    if len(line) > LONGEST_LINE:
+        raise wrong(LONGEST_LINE + 1, f"a line has at most {LONGEST_LINE} characters")
+    parser, operators = _grammar().parse_interactive(line, start=start), 0
+    try:
+        for token in parser.iter_parse():
+            operators += token.type in _NESTING
+            if operators > MOST_OPERATORS:  # making the values would nest too many calls
+                raise wrong(1, "this is nested too deeply: name its parts")
+        found = parser.feed_eof()  # type: ignore[no-untyped-call] # lark's
+    except UnexpectedInput as error:
+        accepted = parser.accepts()  # type: ignore[no-untyped-call] # lark's
+        column, text = mistake(error, line, accepted, statement=start == "line")
+        raise wrong(column, text) from None
+    return _LineMaker(number, file).transform(found)
+
+
+def read_values(line: str, number: int = 1, file: str = "") -> tuple[Expression, ...]:
+    """Return the values of a line that has nothing else. Raises `LineMistake`."""
+    return tuple(cast("list[Expression]", _read(line, number, file, "values")))
+
+
+# Nesting the lines.
+
+# A longer text is not a program, and reading it could take minutes.
+MOST_LINES = 10_000
+
+# The most levels of blocks.
+DEEPEST_BLOCK = 30
+
+_HEADS = (If, While, Repeat, Define)
+_HEAD = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
+
+
+_PROGRAM = Define("", ())
+
+
+@dataclass(slots=True)
+class _OpenBlock:
+    """A block whose end has not come yet; `lines` are those of the last branch of an `if`.
+
+    The first one is the program itself. One that could not be read stands for what it may be.
+    """
+
+    head: If | While | Repeat | Define
+    lines: list[Statement] = field(default_factory=list)
+    unread: bool = False
+
+    def closed(self) -> If | While | Repeat | Define:
+        """Return its head with its lines."""
+        body = tuple(self.lines)
+        if isinstance(self.head, If):
+            *before, last = self.head.branches
+            return replace(self.head, branches=(*before, replace(last, body=body)))
+        return replace(self.head, body=body)
 
 
 class ProgramReader:
-    """Reads a program line by line. A line that cannot be read leaves it as it was.
+    """Reads a program line by line. A line that cannot be read leaves it as it was."""
 
-    `start` is the rule of the grammar that the text follows.
-    """
-
-    def __init__(self, file: str = "", start: str = "program") -> None:
+    def __init__(self, file: str = "") -> None:
         self._file = file
-        self._start = start
-        self._parser = _shared().lark.parse_interactive("", start=start)
+        self._open = [_OpenBlock(_PROGRAM)]
 
     @property
-    def open_blocks(self) -> list[Problem]:
-        """The blocks whose `end` has not come yet; one that stands for an unread line has no text.
+    def unfinished(self) -> bool:
+        """Whether the end of a block has not come yet."""
+        return len(self._open) > 1
 
-        They are on the parser's stack: an `if` as its word, or as its branches once there is an
-        `else`; the others as statements without a body.
-        """
-        found: list[Problem] = []
-        for value in self._parser.parser_state.value_stack:
-            match value:
-                case Token(type="IF"):
-                    found.append(self._unended(self._mark(value.line, value.column), value))
-                case (IfBranch(condition=condition) as first, *_) if condition is not None:
-                    found.append(self._unended(first.mark, "if"))
-                case While() | Repeat() | Define():
-                    found.append(self._unended(value.mark, type(value).__name__))
-                case Token(type="END"):
-                    found.pop()
-        return found
+    def take(self, line: str, number: int = 1) -> Statement | None:
+        """Take the next line; return its statement, if it is a whole one. Raises `LineMistake`."""
+        parts = cast("tuple[Label | _Core, ...]", _read(line, number, self._file, "line"))
+        wrong = "".join(map(self._misplaced, parts))
+        if wrong:
+            column = len(line) - len(line.lstrip()) + 1
+            raise LineMistake(Problem(SourceMark(number, column, self._file), wrong))
+        whole = None
+        for part in parts:
+            block = self._open[-1]
+            match part:
+                case Token():  # `end`
+                    self._open.pop()
+                    self._open[-1].lines.append(block.closed())
+                case IfBranch():
+                    before = cast("If", block.closed()).branches
+                    block.head, block.lines = If((*before, part), mark=before[0].mark), []
+                case If(branches=(IfBranch(body=()),)) | While() | Repeat() | Define():
+                    self._open.append(_OpenBlock(part))
+                case _:
+                    whole = part
+                    block.lines.append(part)
+        return whole
 
-    def take(self, line: str, number: int = 1, end: str = "BREAK") -> object:
-        """Take the next line; `end` is the terminal after it. Raises `LineMistake`."""
-        if len(line) > LONGEST_LINE:
-            text = f"a line has at most {LONGEST_LINE} characters"
-            raise self._mistake(number, LONGEST_LINE + 1, text)
-        deepest, operators = len(self.open_blocks) == DEEPEST_BLOCK, 0
-        # a copy reads the line, and becomes the parser only if all of the line fits
-        parser, found, last = self._copy(line), None, None
-        try:
-            for token in _tokens(parser, number, end):
-                operators += token.type in _NESTING
-                if operators > MOST_OPERATORS:
-                    raise self._mistake(number, 1, "this is nested too deeply: name its parts")
-                if token.type in _OPENING and deepest:
-                    raise self._mistake(number, 1, f"at most {DEEPEST_BLOCK} blocks are nested")
-                found = self._feed(parser, token)
-                last = token
-        except UnexpectedInput as error:
-            accepted = (self._parser if last is None else parser).accepts()  # type: ignore[no-untyped-call] # lark's
-            column, text = mistake(error, line, accepted, statement=end == "BREAK")
-            raise self._mistake(number, column, text) from None
-        self._parser = parser
-        return found
-
-    def _copy(self, line: str) -> InteractiveParser:
-        """Return a parser that stands where this one stands, before a line."""
-        copied = _shared().lark.parse_interactive(line, start=self._start)
-        state, present = copied.parser_state, self._parser.parser_state
-        state.state_stack, state.value_stack = [*present.state_stack], [*present.value_stack]
-        return copied
+    def _misplaced(self, core: Label | _Core) -> str:
+        """Return why a line cannot stand where it does, if it is so."""
+        head = self._open[-1].head
+        if isinstance(core, Token) and head is _PROGRAM:
+            return "this `end` ends nothing"
+        if isinstance(core, IfBranch) and not (
+            isinstance(head, If) and head.branches[-1].condition is not None
+        ):
+            return "this `else` belongs to no `if`; nothing comes after `else` but `end`"
+        if isinstance(core, Define) and head is not _PROGRAM:
+            return "a subprogram cannot be defined within a block"
+        if isinstance(core, _HEADS) and len(self._open) > DEEPEST_BLOCK:
+            return f"at most {DEEPEST_BLOCK} blocks are nested"
+        return ""
 
     def leave_out(self, line: str, number: int) -> None:
         """Note a line that cannot be read. If it begins a block, an empty one stands for it.
 
         So the `else` and the `end` of that block are no mistakes.
         """
-        if _HEAD.match(line) and len(self.open_blocks) < DEEPEST_BLOCK:
-            for kind, text in (("IF", ""), ("TRUTH", "on"), ("BREAK", "")):
-                self._feed(self._parser, Token(kind, text, line=number, column=1))
+        if _HEAD.match(line) and len(self._open) <= DEEPEST_BLOCK:
+            mark = self._mark(number)
+            some = If((IfBranch(Literal(True, mark=mark), mark=mark),), mark=mark)
+            self._open.append(_OpenBlock(some, unread=True))
 
     def finish(self) -> tuple[Tree, list[Problem]]:
         """End the program; return its tree, and a problem for each block without an end."""
-        blocks = self.open_blocks
-        # end what is open, so that the lines that were read make a tree and are checked too
-        for token in (Token("END", "end"), Token("BREAK", "")) * len(blocks):
-            self._feed(self._parser, token)
-        tree = cast("Tree", self._feed(self._parser, Token("$END", "")))
-        return tree, [problem for problem in blocks if problem.text]
+        problems = []
+        while self.unfinished:
+            block = self._open.pop()
+            whole = block.closed()
+            if not block.unread:
+                word = type(whole).__name__.lower()
+                problems.append(Problem(whole.mark, f"this `{word}` has no `end`"))
+            # so that the lines that were read make a tree and are checked too
+            self._open[-1].lines.append(whole)
+        return Tree(tuple(self._open[0].lines)), problems
 
-    def _unended(self, mark: SourceMark, word: str) -> Problem:
-        return Problem(mark, f"this `{word.lower()}` has no `end`" if word else "")
-
-    def _feed(self, parser: InteractiveParser, token: Token) -> object:
-        shared = _shared()
-        with shared.lock:
-            shared.maker.file = self._file
-            return parser.feed_token(token)
-
-    def _mark(self, line: int | None, column: int | None) -> SourceMark:
-        return SourceMark(line or 1, column or 1, self._file)
-
-    def _mistake(self, number: int, column: int, text: str) -> LineMistake:
-        return LineMistake(Problem(self._mark(number, column), text))
-
-
-def _tokens(parser: InteractiveParser, number: int, end: str) -> Iterator[Token]:
-    """Yield the tokens of a parser's line, whose number is given, and the terminal after it."""
-    for token in parser.lexer_thread.lex(parser.parser_state):  # type: ignore[no-untyped-call] # lark's
-        token.line = number
-        yield token
-    yield Token(end, "", line=number, column=1)
-
-
-def read_values(line: str, number: int = 1, file: str = "") -> tuple[Expression, ...]:
-    """Return the values of a line that has nothing else. Raises `LineMistake`."""
-    reader = ProgramReader(file, start="values")
-    return tuple(cast("list[Expression]", reader.take(line, number, end="$END")))
+    def _mark(self, number: int) -> SourceMark:
+        return SourceMark(number, 1, self._file)
 
 
 def read_tree(text: str, file: str = "") -> tuple[Tree, list[Problem]]:

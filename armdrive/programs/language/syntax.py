@@ -1,4 +1,4 @@
-"""The tree of a program, line by line, with comments and blank lines.
+"""The tree of a program, line by line.
 
 Two trees are equal if their programs do the same: marks, spaces and spellings do not matter.
 """
@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from armdrive.errors import BadRequest
 from armdrive.programs.language.values import slot_of
 from armdrive.programs.language.words import (
     CONDITION,
@@ -29,15 +28,6 @@ NOWHERE = SourceMark(1)
 # The form of a program's names. Capitals do not matter, in names as in words.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 
-_BREAKS = ("\n", "\r")
-
-
-def one_line(text: str) -> str:
-    """Return a text of one line. Raises `BadRequest` for more lines."""
-    if any(sign in text for sign in _BREAKS):
-        raise BadRequest(f"a text of a program is one line, not {text!r}")
-    return text
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
@@ -55,10 +45,6 @@ class Literal(Node):
 
     value: float | bool | str
     percent: bool = False
-
-    def __post_init__(self) -> None:
-        if isinstance(self.value, str):
-            one_line(self.value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,25 +97,8 @@ def within(value: Expression) -> Iterator[Expression]:
 # Lines. While a block is being read, its head is a statement with an empty body.
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Line(Node):
-    """A line; `note` is the comment at its end."""
-
-    note: str = ""
-
-
 @dataclass(frozen=True, slots=True)
-class Remark(Node):
-    """A comment on a line of its own; None is a blank line."""
-
-    text: str | None = None
-
-    def __post_init__(self) -> None:
-        one_line(self.text or "")
-
-
-@dataclass(frozen=True, slots=True)
-class Do(Line):
+class Do(Node):
     """A word of the vocabulary with its values: `wait_input 1, -2 within 5`."""
 
     word: str
@@ -140,7 +109,7 @@ class Do(Line):
 
 
 @dataclass(frozen=True, slots=True)
-class Assign(Line):
+class Assign(Node):
     """`height = 30`, or `point pick = ...` for a place."""
 
     name: str
@@ -149,7 +118,7 @@ class Assign(Line):
 
 
 @dataclass(frozen=True, slots=True)
-class Call(Line):
+class Call(Node):
     """A call of a subprogram: `fetch(pick)`."""
 
     name: str
@@ -157,21 +126,21 @@ class Call(Line):
 
 
 @dataclass(frozen=True, slots=True)
-class Label(Line):
+class Label(Node):
     """A place in the program that `goto` leads to: `again:`."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Goto(Line):
+class Goto(Node):
     """Go on at a label of the same block, or of one around it."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class IfBranch(Line):
+class IfBranch(Node):
     """One branch of an `if`; `else` has no condition."""
 
     condition: Expression | None
@@ -186,7 +155,7 @@ class If(Node):
 
 
 @dataclass(frozen=True, slots=True)
-class While(Line):
+class While(Node):
     """Repeat the body as long as the condition holds."""
 
     condition: Expression
@@ -194,7 +163,7 @@ class While(Line):
 
 
 @dataclass(frozen=True, slots=True)
-class Repeat(Line):
+class Repeat(Node):
     """Repeat the body `count` times, or endlessly; `variable` counts the rounds from 1."""
 
     count: Expression | None
@@ -203,7 +172,7 @@ class Repeat(Line):
 
 
 @dataclass(frozen=True, slots=True)
-class Define(Line):
+class Define(Node):
     """A subprogram with its parameters."""
 
     name: str
@@ -211,7 +180,7 @@ class Define(Line):
     body: tuple[Statement, ...] = ()
 
 
-Statement: TypeAlias = Remark | Do | Assign | Call | Label | Goto | If | While | Repeat | Define
+Statement: TypeAlias = Do | Assign | Call | Label | Goto | If | While | Repeat | Define
 
 
 @dataclass(frozen=True, slots=True)

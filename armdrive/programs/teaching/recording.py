@@ -16,21 +16,17 @@ from armdrive.moves import REST_S
 from armdrive.programs.language.syntax import (
     NAME,
     Do,
-    Expression,
     Literal,
-    Name,
-    Statement,
     Tree,
-    Use,
     every,
     names_of,
 )
 from armdrive.programs.language.words import FUNCTIONS, RESERVED
-from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import read_program
 from armdrive.status import BELIEVED_WORDS
 from armdrive.storage.points import SAME_OPENING_MM, Point
 from kinematics.spaces import Joints
+from kinematics.text import plain
 
 # The lines of a program as they are taught, one after another.
 
@@ -48,7 +44,7 @@ class TaughtLines:
     def __init__(self, speed: float | None = 1.0, own: frozenset[str] = frozenset()) -> None:
         self._speed = speed
         self._own = own
-        self._lines: list[Statement] = []
+        self._lines: list[str] = []
 
     @classmethod
     def after(cls, text: str, file: str = "") -> TaughtLines:
@@ -59,12 +55,12 @@ class TaughtLines:
     @property
     def text(self) -> str:
         """All lines so far."""
-        return unparse(Tree(tuple(self._lines)))
+        return "".join(f"{line}\n" for line in self._lines)
 
     def go(self, point: str, *, line: bool = False, speed: float = 1.0) -> None:
         """Go to a point, by a joint motion or along a straight line."""
         self._set_speed(speed)
-        self._lines.append(Do("move_line" if line else "move", (self._place(point),)))
+        self._lines.append(f"{'move_line' if line else 'move'} {self._place(point)}")
 
     def fingers(self, grip: str | float, *, speed: float = 1.0) -> None:
         """Move the fingers to an opening in mm, or as one of `GRIPS` says."""
@@ -73,23 +69,23 @@ class TaughtLines:
         if isinstance(grip, str):
             if grip not in GRIPS:
                 raise BadRequest(f"the fingers {', '.join(GRIPS)}, or go to mm, not {grip!r}")
-            self._lines.append(Do("grasp" if grip == "grasp" else f"{grip}_now"))
+            self._lines.append("grasp" if grip == "grasp" else f"{grip}_now")
         else:
-            self._lines.append(Do("open_now", (Literal(grip),)) if grip else Do("close_now"))
+            self._lines.append(f"open_now {plain(grip, 3)}" if grip else "close_now")
 
     def delay(self, time_s: float) -> None:
         """Let time pass."""
-        self._lines.append(Do("delay", (Literal(time_s),)))
+        self._lines.append(f"delay {plain(time_s, 3)}")
 
     def _set_speed(self, speed: float) -> None:
         if speed != self._speed:
-            self._lines.append(Do("speed", (Literal(speed, percent=True),)))
+            self._lines.append(f"speed {plain(100.0 * speed, 3)}%")
             self._speed = speed
 
-    def _place(self, point: str) -> Expression:
+    def _place(self, point: str) -> str:
         other = (RESERVED - FUNCTIONS.keys()) | self._own  # a function has brackets behind it
-        plain = NAME.fullmatch(point) and point.lower() not in other
-        return Name(point) if plain else Use("taught", (Literal(point),))
+        is_name = NAME.fullmatch(point) and point.lower() not in other
+        return point if is_name else f'taught("{point}")'
 
 
 def _speed_at_end(tree: Tree) -> float | None:

@@ -8,9 +8,8 @@ from program_bench import acts
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import act_name
-from armdrive.programs.interpreter import DEEPEST_CALL
 from armdrive.programs.problems import ProgramError
-from armdrive.programs.program import MOST_STEPS
+from armdrive.programs.program import DEEPEST_CALL, MOST_STEPS
 
 PAGE = page("programs")
 SHOWN = re.findall(r"```arm\n(.*?)```", PAGE, re.DOTALL)
