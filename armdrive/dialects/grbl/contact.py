@@ -12,11 +12,7 @@ from dataclasses import dataclass
 
 from armdrive.dialects.exchange import TRIES, Obstructed, Script, ScriptIO
 from armdrive.dialects.grbl.board import LINES_IGNORED, MOVING, BoardState
-from armdrive.dialects.grbl.exchange import (
-    REPORTS_TO_OFFSET,
-    GrblExchange,
-    refusal,
-)
+from armdrive.dialects.grbl.exchange import GrblExchange, refusal
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialects.grbl.stops import GrblStops
 from armdrive.tasks import Alert, AlertKind, Done, Reply, RequestRejected
@@ -32,12 +28,13 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
-# Reports that must show an output to be off; a report has no checksum, so one may be wrong.
-CONFIRMING_REPORTS = 2
 # After these alarms a board is reset before it gets a line. After 1 and 2, at a limit, it accepts
 # none; grblHAL still sends reports. After the others, of homing that failed, FluidNC would drive
 # the next line from where its search was to end, not from where it stands (Homing.cpp, fail).
 RESET_ALARMS = (1, 2, 8, 9, 15)
+# Reports after which some have contained the overrides: every tenth or twentieth one does.
+REPORTS_TO_OVERRIDES = 40
+CONFIRMING_REPORTS = 2
 # Time allowed for a motion that an earlier program left running, before it is stopped.
 LEFTOVER_MOTION_S = 1.0
 # The parser's modes that motions rely on: plane XY, mm, relative, units per minute, and the first
@@ -64,28 +61,34 @@ class GrblContact:
 
         Raises `Obstructed` if that fails.
         """
-        began_s = self.io.now_s
+        board, exchange, began_s = self.board, self.exchange, self.io.now_s
         # wait for a banner or a report: a board that is starting up does not answer for a while
         boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
-        alive = yield from self.exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
-        if not alive and not (yield from self.exchange.soft_reset()):
+        alive = yield from exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
+        if not alive and not (yield from exchange.soft_reset()):
             self.io.write(b"", "?")
             raise Obstructed(self.io.silence(began_s, "and none to a reset"))
         if not (yield from self._end_leftover_motion()):
             raise Obstructed(self.io.silence(began_s))
-        self.exchange.end_echo()
+        exchange.end_echo()
         # that reset may have been lost or not needed, so check that the board reads lines
         if not (yield from self._reads_lines(seen=True)):
             raise Obstructed(self.io.silence(began_s))
         yield from self._recognise()
         # the report's coordinates give the number of axes, if `$I` has not named them
-        yield from self.exchange.look()
-        if self.board.lacking:
-            raise Obstructed(self._lacking_words())
-        self.exchange.send_realtime(Realtime.FEED_100)
-        self.board.contacted = True
-        if self.board.state is State.ALARM:
-            self.io.notify(Alert(AlertKind.LOCKED, self.board.locked_words()))
+        yield from exchange.look()
+        if board.lacking:
+            axes, lacking = board.letters, ", ".join(board.lacking)
+            raise Obstructed(
+                f"the board has {counted(len(axes), 'axis', 'axes')} ({axes}), but grbl.axes "
+                f"also puts motors of this arm on {lacking}: use a board and a firmware with an "
+                "axis for each motor (grbl-Mega-5X, grblHAL, FluidNC), or correct the letters in "
+                "grbl.axes"
+            )
+        exchange.send_realtime(Realtime.FEED_100)
+        board.contacted = True
+        if board.state is State.ALARM:
+            self.io.notify(Alert(AlertKind.LOCKED, board.locked_words()))
 
     def _recognise(self) -> Script[HostEvent, None]:
         """Ask for the build information until it arrives undamaged."""
@@ -97,21 +100,12 @@ class GrblContact:
             if board.recognised and not board.lacking:
                 return
 
-    def _lacking_words(self) -> str:
-        axes, lacking = self.board.letters, ", ".join(self.board.lacking)
-        return (
-            f"the board has {counted(len(axes), 'axis', 'axes')} ({axes}), but grbl.axes "
-            "also puts motors of this arm "
-            f"on {lacking}: use a board and a firmware with an axis for each motor "
-            "(grbl-Mega-5X, grblHAL, FluidNC), or correct the letters in grbl.axes"
-        )
-
     def _end_leftover_motion(self) -> Script[HostEvent, bool]:
         """End what an earlier program left running; return False if the board does not answer.
 
         A reset discards a half-received line. In Idle it keeps position and state, whatever $22 is
         (gnea/grbl grbl/main.c: the prior state and sys_position stay), and the motors stay on if
-        $1 is 255.
+        $1 is 255. If it could open the gripper, a line that is refused has to do.
         """
         if not (yield from self.exchange.look()):
             return True  # it may read lines nevertheless
@@ -121,32 +115,25 @@ class GrblContact:
             yield from self.exchange.look()
         if self.board.in_motion:
             yield from self.stops.hold()
-        elif self.board.state in LINES_IGNORED or not (yield from self._reset_may_open_gripper()):
+        elif self.board.state in LINES_IGNORED or not (yield from self._gripper_may_hold()):
             return (yield from self.exchange.soft_reset())
         return True
 
-    def _reset_may_open_gripper(self) -> Script[HostEvent, bool]:
-        """Return whether a reset may open the gripper.
+    def _gripper_may_hold(self) -> Script[HostEvent, bool]:
+        """Return whether a reset could open the gripper.
 
-        It cannot if two reports show that everything a reset switches off is off already. Only
-        reports with the overrides show that: every tenth or twentieth one. The speed shows nothing:
-        FluidNC goes on to report it after `M5`.
+        It cannot if two reports show that everything a reset switches off is off already; one may
+        be damaged. Only reports with the overrides show that. The speed shows nothing: FluidNC goes
+        on to report it after `M5`.
         """
-        outputs = self.stops.outputs
-        if not (outputs.reset_lets_go and outputs.reported):
-            return outputs.reset_lets_go
-        confirmations = 0
-        for _ in range(REPORTS_TO_OFFSET):
-            seen = yield from self.exchange.look()
-            if not seen or self.board.reported is None:
+        outputs, clear = self.stops.outputs, 0
+        for _ in range(REPORTS_TO_OVERRIDES if outputs.reported else 0):
+            if not (yield from self.exchange.look()) or self.board.accessories:
                 break
-            report = self.board.reported.report
-            confirmations += report.overrides is not None
-            if report.accessories:
-                break
-            if confirmations == CONFIRMING_REPORTS:
+            clear += self.board.overrides_told
+            if clear == CONFIRMING_REPORTS:
                 return False
-        return True
+        return outputs.reset_lets_go
 
     def clear(self) -> Script[HostEvent, Reply]:
         """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before.
@@ -183,7 +170,12 @@ class GrblContact:
         return (yield from self.exchange.soft_reset())
 
     def prepare(self) -> Script[HostEvent, None]:
-        """Make the board ready for a motion. Raises `Obstructed` if that fails."""
+        """Make the board ready for a motion. Raises `Obstructed` if that fails.
+
+        A board that is Idle but reads no lines is reset, which keeps the position of a board at
+        rest. A resume would also make it read lines, but it would execute those that wait in its
+        receive buffer.
+        """
         board = self.board
         if not (yield from self.exchange.confirm_position()):
             raise Obstructed(
@@ -193,27 +185,13 @@ class GrblContact:
             raise Obstructed(board.locked_words())
         if board.state is not State.IDLE:
             raise Obstructed(board.busy_words())
-        for _ in range(2):
-            if (yield from self.exchange.clean_line()):
-                refused = yield from self._set_modes()
-                if refused is None:
-                    return
-                if not board.polls.stray:
-                    raise Obstructed(refused)
-            if not (yield from self.stops.free()):
-                break
-        raise Obstructed(READS_NO_LINES)
-
-    def _set_modes(self) -> Script[HostEvent, RequestRejected | None]:
-        """Set the parser modes that our lines need; repeating this is harmless."""
-        message: HostEvent | None = None
-        for _ in range(0 if self.board.modes_set else TRIES):
-            if not (yield from self.exchange.clean_line()):
-                break
+        board.room = board.free_blocks or 0
+        for _ in range(TRIES):
             message = yield from self.exchange.ask(MODES)
             if isinstance(message, Acknowledged):
-                self.board.modes_set = True
+                return
+            if message is None and not (yield from self.stops.reset_and_restore(moving=False)):
                 break
-        if self.board.modes_set:
-            return None
-        return refusal(message, "the board's modes could not be set")
+        raise Obstructed(
+            READS_NO_LINES if message is None else refusal(message, "its modes could not be set")
+        )

@@ -140,7 +140,6 @@ class GrblController(ScriptRunner[HostEvent]):
             case SetGripper(share):
                 return (yield from self.outputs.set_gripper(share))
             case DropCurrent():
-                self.board.modes_set = False
                 return (yield from self.exchange.carry_out(SystemCommand.SLEEP))
             case HomeDevice(groups):
                 return (yield from self.homing.home(groups))
@@ -162,12 +161,12 @@ class GrblController(ScriptRunner[HostEvent]):
     def _compare(self) -> Script[HostEvent, Reply]:
         """Read the settings until they are complete, and learn the axes' actual limits."""
         board = self.board
-        reported, paths = board.reported_settings, board.behaviour.paths
-        homing = self.axes.letters if self.settings.homing else ""
+        reported = board.reported_settings
+        unlisted = board.behaviour.unlisted(self.axes.letters if self.settings.homing else "")
         for _ in range(TRIES):
             reported.clear()
             message = yield from self.exchange.ask(SystemCommand.QUERY_SETTINGS)
-            for path in paths.unlisted(homing) if paths is not None else ():
+            for path in unlisted:
                 if isinstance(message, Acknowledged):
                     yield from self.exchange.ask(Line(f"${path}"))
             found = Comparison(

@@ -1,18 +1,11 @@
 """Exchanges with a GRBL board: a query and its report, a line and its answer, a reset.
 
-The collaborators' scripts use these:
-
-    look, look_position, confirm_position   query until a report says enough
-    ask, carry_out                          one line, and its answer
-    poll, listen                            for scripts that do both at once, as a motion does
-    soft_reset                              0x18 and the banner, also of a board in motion
-
 Every message passes through `listen` (or `take`, if no script waits), which updates `BoardState`.
 
 A query is a single byte that a board picks out of its input. If it is damaged on the wire, the
-board keeps it as a character, which would spoil the next line or even change its meaning. Reports
-have no checksum either. Hence `clean_line` before each line that follows a lost query, and two
-reports that agree before a surprising one is believed.
+board keeps it as a character, which would spoil the next line or even change its meaning. So `ask`
+sends an empty line before each line. Reports have no checksum either: a surprising one counts only
+if the next one agrees.
 """
 
 from __future__ import annotations
@@ -23,7 +16,7 @@ from types import UnionType
 from typing import TypeAlias
 
 from armdrive.dialects.exchange import TRIES, Script, ScriptIO
-from armdrive.dialects.grbl.board import BoardState
+from armdrive.dialects.grbl.board import HELD, OWN_RESET_S, BoardState
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol.fields import in_words
@@ -51,13 +44,11 @@ BANNER_TIMEOUT_S = 1.5
 # Interval of queries after a reset in motion. A restarting board is mute, so an answer means that
 # the reset was lost.
 RESET_POLL_S = 0.02
-# Reports after which one has contained the work offset: at least one in thirty does.
-REPORTS_TO_OFFSET = 40
 # Completes whatever is in the board's input line, a half line or a stray character, so that every
 # board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
 # letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl
 # grbl/protocol.c and gcode.c).
-FLUSH_LINE = "))GG"
+FLUSH_LINE = Line("))GG")
 # Ends the echo of a FluidNC board that has heard a control character, from a terminal program or
 # by a damaged byte (FluidNC lineedit.cpp). The others ignore it.
 ECHO_OFF = b"\f"
@@ -68,7 +59,8 @@ class GrblExchange:
     """Sends lines and real-time commands to one board, and waits for the answers.
 
     `wire_free_s` is the time when the wire will have carried everything sent so far; a byte takes
-    `byte_s`.
+    `byte_s`. `asked_s` is when the latest status query was sent, and `unanswered_s` the oldest one
+    without a report; infinity if there is none.
     """
 
     io: ScriptIO[HostEvent]
@@ -77,6 +69,8 @@ class GrblExchange:
     settings: GrblSettings
     byte_s: float
     wire_free_s: float = -math.inf
+    asked_s: float = -math.inf
+    unanswered_s: float = math.inf
 
     # -- sending ------------------------------------------------------------------------------
 
@@ -88,29 +82,30 @@ class GrblExchange:
         """Send a real-time command."""
         shown = in_words(command)
         if command is Realtime.STATUS:
-            shown = ""
-            self.board.polls.ask(self.io.now_s)
+            shown, self.asked_s = "", self.io.now_s
+            self.unanswered_s = min(self.unanswered_s, self.io.now_s)
         self._write(self.host.send_realtime(command), shown)
 
     def _write(self, data: bytes, text: str) -> None:
         self.io.write(data, text)
-        through_s = max(self.wire_free_s, self.io.now_s)
-        self.wire_free_s = through_s + len(data) * self.byte_s
+        self.wire_free_s = max(self.wire_free_s, self.io.now_s) + len(data) * self.byte_s
 
-    def forget_lines(self) -> None:
-        """Stop expecting answers to the lines sent so far."""
-        self.host.forget_outstanding()
+    def end_echo(self) -> None:
+        """End an echo that someone at a terminal has switched on."""
+        self.io.write(ECHO_OFF, "")
 
     def give_up(self) -> None:
         """Forget unanswered lines, a half-received message and an awaited greeting."""
-        self.forget_lines()
+        self.host.forget_outstanding()
         self.host.discard()
-        self.board.greeting.give_up()
+        self.board.reset_sent(-math.inf, moving=False)
 
     # -- receiving ----------------------------------------------------------------------------
 
     def take(self, message: HostEvent) -> None:
         """Update the board's state from a message, and report any event to the engine."""
+        if isinstance(message, StatusReported | Restarted):
+            self.unanswered_s = math.inf
         event = self.board.learn(message, self.io.now_s)
         if event is not None:
             self.io.notify(event)
@@ -129,7 +124,7 @@ class GrblExchange:
         That report came one poll interval before the oldest unanswered query. While there is no
         unanswered query, for example because this program was suspended, no board is mute.
         """
-        return self.board.polls.since_s + self.settings.report_timeout_s - self.settings.poll_s
+        return self.unanswered_s + self.settings.report_timeout_s - self.settings.poll_s
 
     @property
     def mute(self) -> bool:
@@ -139,8 +134,8 @@ class GrblExchange:
     @property
     def poll_due_s(self) -> float:
         """When to query next, to hear of the board every `poll_s`; a lost query is repeated."""
-        polls = self.board.polls
-        return polls.asked_s + (REPORT_TIMEOUT_S if polls.awaited else self.settings.poll_s)
+        lost = self.unanswered_s < math.inf
+        return self.asked_s + (REPORT_TIMEOUT_S if lost else self.settings.poll_s)
 
     def poll(self) -> None:
         """Query if it is time."""
@@ -171,36 +166,29 @@ class GrblExchange:
         self.io.last_command = "?"
         return False
 
-    def look_position(self, patience_s: float | None = None) -> Script[HostEvent, bool]:
-        """Query until the machine position is known, which may need a report with the offset."""
-        for _ in range(REPORTS_TO_OFFSET):
-            if not (yield from self.look(patience_s)):
-                return False
-            if self.board.located:
-                return True
-        return False
-
     def confirm_position(self) -> Script[HostEvent, bool]:
-        """Query until a report repeats the state and the position that were known before it.
+        """Query until a report repeats what was known before it.
 
         A report has no checksum, so a surprising one counts only when it is repeated. Return False
         if the position remains unknown.
         """
         board = self.board
         for _ in range(TRIES):
-            known = board.state, board.position
-            if not (yield from self.look_position()):
+            known = board.state, board.position, board.free_blocks
+            if not (yield from self.look()):
                 return False
-            if known == (board.state, board.position):
+            if known == (board.state, board.position, board.free_blocks):
                 break
-        return True
+        return board.position is not None
 
     def read_position(self) -> Script[HostEvent, Reply]:
         """Read the motor positions. Moves nothing."""
         began_s = self.io.now_s
         # the driver asks three times, and together the attempts must not take long
-        share = 4.0 if self.board.polls.awaited else 2.0  # a board that is mute already gets less
-        if (yield from self.look_position(self.settings.report_timeout_s / share)):
+        share = 2.0 if math.isinf(self.unanswered_s) else 4.0  # a mute board already gets less
+        if (yield from self.look(self.settings.report_timeout_s / share)):
+            if self.board.position is None:
+                return RequestRejected("its reports lack the machine position: send `$10=3`", False)
             return self.board.registers()
         if self.board.alarm is not None:
             return RequestRejected(self.board.alarm_words(), moved=False)
@@ -218,19 +206,23 @@ class GrblExchange:
     def ask(
         self, command: Command, patience_s: float | None = None
     ) -> Script[HostEvent, Answer | None]:
-        """Send one line and return its answer, an alarm or a restart; None at the timeout."""
-        if not (yield from self.clean_line()):
+        """Send one line and return its answer, an alarm or a restart; None at the timeout.
+
+        If the line was not answered, its end may be lost; the next one must not complete it.
+        """
+        if not (yield from self.clear_line()):
             return None  # the board answers no line at all
-        answer = yield from self._ask(command, patience_s)
-        self.board.polls.stray |= answer is None  # part of the line may have arrived
+        answer = yield from self._one_line(command, patience_s)
+        if isinstance(answer, Refused):
+            # grblHAL refuses all g-code after a refused line, until an empty one (protocol.c)
+            yield from self.clear_line()
+        elif answer is None:
+            yield from self.flush_line()
         return answer
 
-    def clean_line(self) -> Script[HostEvent, bool]:
-        """Clear the board's input line of what a damaged `?` or a half line may have left there.
-
-        Return False if the board answers no line at all.
-        """
-        return not self.board.polls.stray or (yield from self.flush_line())
+    def clear_line(self) -> Script[HostEvent, bool]:
+        """Send an empty line; return False if the board does not answer it."""
+        return (yield from self._one_line(Line())) is not None
 
     def flush_line(self) -> Script[HostEvent, bool]:
         """Clear the input line by one that is refused; return False if nothing was answered.
@@ -240,30 +232,21 @@ class GrblExchange:
         """
         answered = False
         for _ in range(TRIES):
-            answer = yield from self._ask(Line(FLUSH_LINE))
+            answer = yield from self._one_line(FLUSH_LINE)
             answered |= answer is not None
             if isinstance(answer, Acknowledged):
                 yield from self.io.pause(self.io.now_s + REPORT_TIMEOUT_S)
             elif answer is not None:
-                self.board.polls.stray = False
-                return True
+                yield from self.clear_line()
+                break
         return answered
-
-    def _ask(
-        self, command: Command, patience_s: float | None = None
-    ) -> Script[HostEvent, Answer | None]:
-        answer = yield from self._one_line(command, patience_s)
-        if isinstance(answer, Refused):
-            # grblHAL refuses all g-code after a refused line, until an empty one (protocol.c)
-            yield from self._one_line(Line())
-        return answer
 
     def _one_line(
         self, command: Command, patience_s: float | None = None
     ) -> Script[HostEvent, Answer | None]:
         # the line is the only one on its way: GRBL loses bytes while it writes its EEPROM, and an
         # answer to an earlier line must not count for this one
-        self.forget_lines()
+        self.host.forget_outstanding()
         self.send(command)
         patience_s = self.settings.answer_s if patience_s is None else patience_s
         end_s = self.wire_free_s + patience_s
@@ -272,57 +255,42 @@ class GrblExchange:
             if isinstance(message, Acknowledged | Refused | Restarted | AlarmRaised):
                 return message
             if message is None and self.io.now_s >= end_s:  # everything received has been read
-                break
-        self.forget_lines()
-        return None
+                self.host.forget_outstanding()
+                return None
+
+    # -- resetting ----------------------------------------------------------------------------
 
     def soft_reset(self, *, patient: bool = True, moving: bool = False) -> Script[HostEvent, bool]:
-        """Reset the board and wait for its banner; `aborted` records whether that ended a motion.
+        """Reset the board and wait for its banner.
 
-        If the board does not answer at all, only a `patient` caller tries again. `moving` means
-        that the board may be in motion and must stop soon: a lost reset is repeated at once.
+        `board.aborted` records whether that ended a motion. If the board does not answer at all,
+        only a `patient` caller tries again. `moving` means that the board may be in motion and must
+        stop soon: a lost reset is repeated at once.
         """
-        self.board.aborted = False
-        if self.board.may_keep_line and not moving:
-            yield from self._reset_into_hold()
-            if self.board.aborted:  # the board had restarted already
+        board = self.board
+        board.aborted = False
+        if board.behaviour.keeps_line and board.state in HELD and not moving:
+            # A reset out of a hold releases the line that the board has read, and it would move the
+            # arm. After a feed hold that follows at once, the line is planned at most, and the next
+            # reset drops it. Both orders were seen on FluidNC 4.0.5.
+            yield from self._reset(moving=False, then=Realtime.FEED_HOLD)
+            if board.aborted:  # the board had restarted already
                 return True
         for _ in range(TRIES):
-            if (yield from self._reset(moving or self.board.in_motion)):
+            if (yield from self._reset(moving=moving or board.in_motion)):
                 return True
-            self.forget_lines()  # the banner may have been garbled
-            self.board.greeting.give_up()
-            self.board.modes_set = False
+            self.give_up()  # the banner may have been garbled
             reported = yield from self.look(2.0 * REPORT_TIMEOUT_S)
             # a board without alarm has ended no motion; otherwise its messages may have been lost
-            free = isinstance(self.board.state, State) and self.board.state is not State.ALARM
-            self.board.aborted = self.board.aborted or not (reported and free)
-            if reported and self.board.state in (State.IDLE, State.ALARM):
+            free = isinstance(board.state, State) and board.state is not State.ALARM
+            board.aborted = board.aborted or not (reported and free)
+            if reported and board.state in (State.IDLE, State.ALARM):
                 return True  # only the banner was lost; in any other state, the reset was
-            if not reported and not patient:
+            if not (reported or patient):
                 break
         return False
 
-    def _reset_into_hold(self) -> Script[HostEvent, None]:
-        """Make the board drop a line that it has read but not carried out.
-
-        A reset out of a hold releases that line, and it would move the arm. After a feed hold that
-        follows the reset at once, the line is planned at most, and the next reset drops it. Both
-        orders were seen on FluidNC 4.0.5: it answers the line with ok, and nothing moves.
-        """
-        self._send_reset(moving=False)
-        self.send_realtime(Realtime.FEED_HOLD)
-        end_s = self.io.now_s + BANNER_TIMEOUT_S
-        while self.io.now_s < end_s:
-            if isinstance((yield from self.listen(end_s)), Restarted):
-                break
-        self.forget_lines()
-
-    def end_echo(self) -> None:
-        """End an echo that someone at a terminal has switched on."""
-        self.io.write(ECHO_OFF, "")
-
-    def _reset(self, moving: bool) -> Script[HostEvent, bool]:
+    def _reset(self, *, moving: bool, then: Realtime | None = None) -> Script[HostEvent, bool]:
         """Send the reset and wait for the banner; return False if none arrives.
 
         A restarting board answers no query. So a report proves that the reset was lost, unless the
@@ -331,17 +299,21 @@ class GrblExchange:
         button was pressed, a byte could end its boot loader early, and its greeting would come as
         soon as after our own reset.
         """
-        stale = self._send_reset(moving)
-        end_s = self.io.now_s + BANNER_TIMEOUT_S
-        asked_s = self.io.now_s
+        stale = self.unanswered_s < math.inf
+        self._send_reset(moving)
+        if then is not None:
+            self.send_realtime(then)
+        asked_s, end_s = self.io.now_s, self.io.now_s + BANNER_TIMEOUT_S
         while self.io.now_s < end_s:
             asking = moving and self.board.state is not State.ALARM
             if asking and self.io.now_s >= asked_s + RESET_POLL_S:
                 self.send_realtime(Realtime.STATUS)
                 asked_s = self.io.now_s
-            until_s = min(end_s, asked_s + RESET_POLL_S) if asking else end_s
-            message = yield from self.listen(until_s)
+            message = yield from self.listen(
+                min(end_s, asked_s + RESET_POLL_S) if asking else end_s
+            )
             if isinstance(message, Restarted):
+                self.host.forget_outstanding()
                 return True
             if isinstance(message, StatusReported):
                 if asking and not stale:
@@ -349,15 +321,12 @@ class GrblExchange:
                 stale = False
         return False
 
-    def _send_reset(self, moving: bool) -> bool:
-        """Send the reset; return whether the report to an earlier query may be on its way."""
-        polls = self.board.polls
-        if moving:
-            self.board.greeting.await_late()
-        else:
-            self.board.greeting.await_soon(max(self.io.now_s, self.wire_free_s), polls.since_s)
+    def _send_reset(self, moving: bool) -> None:
+        """Send a reset; a board that has been mute may have restarted by itself already."""
+        sent_s = max(self.io.now_s, self.wire_free_s)
+        recent = self.unanswered_s > sent_s - OWN_RESET_S
+        self.board.reset_sent(sent_s + OWN_RESET_S if recent else -math.inf, moving=moving)
         self.send_realtime(Realtime.SOFT_RESET)
-        return polls.awaited
 
 
 def refusal(message: HostEvent | None, what: str, *, moved: bool = False) -> RequestRejected:

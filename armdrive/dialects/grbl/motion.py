@@ -24,18 +24,8 @@ from armdrive.dialects.controller import HOMING_MARGIN_S, HomingTime
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
-from armdrive.dialects.grbl.exchange import (
-    RESET_POLL_S,
-    Answer,
-    GrblExchange,
-    refusal,
-)
-from armdrive.dialects.grbl.planner import (
-    InFlightLines,
-    MotionBounds,
-    MotorPath,
-    line_path,
-)
+from armdrive.dialects.grbl.exchange import RESET_POLL_S, Answer, GrblExchange, refusal
+from armdrive.dialects.grbl.planner import InFlightLines, MotionBounds, line_path
 from armdrive.dialects.grbl.settings import BoardAxes, GrblSettings, feed
 from armdrive.dialects.grbl.stops import GrblStops
 from armdrive.tasks import (
@@ -76,10 +66,10 @@ SINGLE_STEPS = 2
 # grbl-Mega-5X at 25 steps/s. The margin covers the line's time on the wire and the host's
 # scheduling delays.
 END_MARGIN_S = 0.02
-# After this, the first lines of a motion have filled the segment buffer and the planner.
-FILL_S = 0.1
 # A motion too slow for the board runs ahead of its schedule by up to this, then waits.
 MAX_LEAD_S = 0.1
+# Tolerance for rounding in comparisons of the time ahead.
+ROUNDING_S = 1e-6
 # No board homes so fast: it backs off twice, with pauses ($26). An earlier ok is that of a line
 # that was changed on the wire.
 SHORTEST_HOMING_S = 0.05
@@ -103,10 +93,8 @@ class GrblMotion:
     # sending
     drawn: MoveBy | None = None  # the next segment, not sent yet
     exhausted: bool = False  # there are no more segments
-    waits: bool = False  # during a pause
-    steps: int = 0  # of the last line's busiest motor
+    rests: bool = True  # the motors may stand before the next line
     guess_s: float = 0.0  # the last line's duration, and so probably the next one's
-    began_s: float = -math.inf  # when the motors started to turn
     # a motion too slow for the board is ahead of its schedule, and sends nothing until later
     lead_s: float = 0.0
     not_before_s: float = -math.inf
@@ -114,8 +102,7 @@ class GrblMotion:
     seen_s: float = -math.inf  # when the latest report was asked for
     changed_s: float = 0.0  # the latest progress
     off: int = 0  # successive reports off the path
-    dry: bool = False  # the planner has run empty
-    starved: bool = False  # it has, and this is an underrun if another segment is drawn
+    dry_s: float = math.inf  # when the planner runs empty, unless the next line is in it by then
 
     def drive(self) -> Script[HostEvent, Reply]:
         """Send segments while there is room, until the motion is complete or something ends it.
@@ -127,7 +114,7 @@ class GrblMotion:
             if self.io.stop_asked or self.request.released():
                 return (yield from self._halt())
             if self.request.held_back():
-                self.waits = True
+                self.rests = True
                 if self.lines.empty:
                     return Done(unsent=int(self.drawn is not None))
             else:
@@ -142,44 +129,37 @@ class GrblMotion:
     # -- sending ------------------------------------------------------------------------------
 
     def _send(self) -> None:
-        """Send the next line if its predecessor is answered and the time ahead allows it."""
-        if self.lines.unanswered or self.io.now_s < self.not_before_s or self.off:
+        """Send the next line if its predecessor is answered and the time ahead allows it.
+
+        A segment is drawn only when one like the last would fit: at a pause, the rest is undrawn.
+        """
+        lines, now_s = self.lines, self.io.now_s
+        if lines.unanswered or now_s < self.not_before_s or self.off:
             return
-        if self.drawn is None and not self.exhausted:
-            self._draw()
+        ramp_s, most_s = self.bounds.ramp_s(), self.request.ahead_s + ROUNDING_S
+        if self.drawn is None and (lines.empty or lines.ahead_s(ramp_s) + self.guess_s <= most_s):
+            self.drawn = next(self.request.segments, None)
+            self.exhausted = self.drawn is None
         if self.drawn is None:
             return
-        lasts_s = self.drawn.duration_s
+        steps, lasts_s = self.drawn.steps, self.drawn.duration_s
         # the board cannot turn more slowly than this; a slower line finishes ahead of schedule
-        driven_s = min(lasts_s, self.drawn.steps.largest / self.bounds.segments.slowest_hz)
-        ahead = line_path(self.drawn.steps, driven_s, self.bounds.limits)
-        if not self.lines.fits(ahead, self.request.ahead_s, self.bounds.ramp_s()):
+        driven_s = min(lasts_s, steps.largest / self.bounds.segments.slowest_hz)
+        path = line_path(steps, driven_s, self.bounds.limits)
+        if not lines.empty and (
+            lines.ahead_s(ramp_s, path) > most_s or lines.ends_s <= now_s + END_MARGIN_S
+        ):
             return
-        full = self.lines.waiting >= self.board.blocks
-        if full or self.lines.ends_by(self.io.now_s + END_MARGIN_S):
-            return
-        self.exchange.send(Line(self._text(self.drawn.steps, ahead)))
-        self.began_s = self.io.now_s if self.lines.empty else self.began_s
-        self.lines.send(self.drawn.steps, ahead, self.io.now_s)
-        self.guess_s, self.steps, self.drawn = driven_s, self.drawn.steps.largest, None
-        self.changed_s = self.io.now_s
+        words = self.axes.words(lines.end, lines.end + steps)
+        self.exchange.send(Line(f"{'$J=G91' if self.request.jog else 'G91G1'}{feed(path)}{words}"))
+        self.dry_s = math.inf if self.rests else lines.ends_s
+        lines.send(steps, path, now_s)
+        self.guess_s, self.drawn, self.changed_s = driven_s, None, now_s
+        self.rests = steps.largest <= SINGLE_STEPS
         self.lead_s += lasts_s - driven_s
-        self.waits = False
         if self.lead_s >= MAX_LEAD_S:
-            self.not_before_s, self.lead_s = self.lines.ends_s + self.lead_s, 0.0
-
-    def _draw(self) -> None:
-        """Draw the next segment if one like the last would fit: at a pause, the rest is undrawn."""
-        if not self.lines.has_room(self.guess_s, self.request.ahead_s):
-            return
-        self.drawn = next(self.request.segments, None)
-        self.exhausted = self.drawn is None
-        self.board.underruns += self.starved and not self.exhausted
-        self.starved = False
-
-    def _text(self, steps: Motors, ahead: MotorPath) -> str:
-        words = self.axes.words(self.lines.end, self.lines.end + steps)
-        return f"{'$J=G91' if self.request.jog else 'G91G1'}{feed(ahead)}{words}"
+            self.not_before_s, self.lead_s = lines.ends_s + self.lead_s, 0.0
+            self.rests = True
 
     def _wake_s(self) -> float:
         wake_s = min(self.exchange.poll_due_s, self.exchange.mute_at_s)
@@ -192,6 +172,7 @@ class GrblMotion:
         match message:
             case Acknowledged():
                 self.lines.answered(self.io.now_s)
+                self.board.underruns += self.io.now_s > self.dry_s
                 self.changed_s = self.io.now_s
             case Refused():
                 moved = self.lines.oks > 0
@@ -207,47 +188,24 @@ class GrblMotion:
         return self._silence_of_mute() if self.exchange.mute else self._overdue()
 
     def _reported(self) -> Reply | None:
-        self.seen_s = self.board.polls.asked_s
-        board, state = self.board, self.board.state
+        self.seen_s = self.exchange.asked_s
+        board, lines, state = self.board, self.lines, self.board.state
         if state is State.ALARM:
             return RequestRejected(board.alarm_words())
         if state is State.HOLD:
             return Interrupted()
-        if state in HELD:
-            return RequestRejected("the safety door is open")
-        if state in (State.SLEEP, State.CHECK):
+        if state in (*HELD, State.SLEEP, State.CHECK):
             return RequestRejected(board.busy_words())
-        if not board.located or board.position is None:
-            return None
         self.io.notify(Progress(board.registers()))
-        left = self.lines.waiting, self.lines.start
-        idle, planned = board.standing, board.planner_holds()
-        on_it = self.lines.report(board.position, self.io.now_s, idle=idle, planned=planned)
-        self._count_underrun(idle)
-        if left != (self.lines.waiting, self.lines.start):
+        before = lines.progress
+        on_it = lines.report(board.registers().positions, self.io.now_s, idle=board.standing)
+        if before != lines.progress:
             self.changed_s = self.io.now_s
         self.off = 0 if on_it else self.off + 1
         if self.off == 1:
             # the report may be damaged, as it has no checksum: query again
             self.exchange.send_realtime(Realtime.STATUS)
         return self._end_off_path() if self.off > 1 else None
-
-    def _count_underrun(self, idle: bool) -> None:
-        """Count an underrun: the planner runs empty in mid-motion, and the motors brake to a stop.
-
-        Between single steps, and while the driver waits between lines, they stand anyway.
-        """
-        now_s = self.io.now_s
-        filled = now_s >= self.began_s + FILL_S
-        empty = idle or (filled and self.board.planner_holds() == 0)
-        intended = self.waits or now_s < self.not_before_s + FILL_S
-        dry = empty and self.lines.oks > 1 and self.steps > SINGLE_STEPS and not intended
-        if dry and not self.dry:
-            if self.lines.unanswered:
-                self.board.underruns += 1  # the next line is still on the wire
-            else:
-                self.starved = True  # an underrun only if another segment is drawn
-        self.dry = dry
 
     def _end_off_path(self) -> Reply:
         here, goal = tuple(self.board.registers().positions), tuple(self.lines.end)
@@ -259,16 +217,14 @@ class GrblMotion:
         return RequestRejected(text)
 
     def _overdue(self) -> Reply | None:
-        """Check for a missing ok or a motion without progress; return the reply if it has ended."""
+        """Check for a missing ok or a motion without progress; return the reply if it has ended.
+
+        A board with a full planner owes the ok until there is room.
+        """
         lines, now_s = self.lines, self.io.now_s
-        standing, position = self.board.standing, self.board.position
-        if lines.unanswered and now_s >= lines.sent_s + self.settings.answer_s:
-            if standing and position is not None and position == lines.end:
-                lines.unanswered = False  # the line was driven, so only its ok was lost
-                self.exchange.forget_lines()
-                lines.report(position, now_s, idle=True)
-            elif standing or not lines.oks:
-                return RequestRejected("the board did not answer a line: it was lost on the wire")
+        answer_s = self.settings.answer_s + (lines.expected_s() if lines.oks else 0.0)
+        if lines.unanswered and now_s >= lines.sent_s + answer_s:
+            return RequestRejected("the board did not answer a line: it was lost on the wire")
         patience_s = STALLED_S + OVERRIDE_FACTOR * lines.expected_s()
         # measured up to the latest query: a suspended program has not queried the board meanwhile
         waited_s = self.seen_s - max(self.changed_s, self.not_before_s)
@@ -282,11 +238,12 @@ class GrblMotion:
         """End a motion after a stop request, or a jog whose key was released."""
         if self.io.stop_asked and self.io.stop_hard:
             kept = yield from self.stops.kill(self.lines)
-            return self._silence_of_mute() if self.exchange.mute else Halted(kept)
-        if not self.io.stop_asked and self.lines.empty and self.drawn is None:
+        elif not self.io.stop_asked and self.lines.empty and self.drawn is None:
             return Done()
-        stop = self.stops.cancel_jog(self.lines) if self.request.jog else self.stops.hold()
-        kept = yield from stop
+        elif self.request.jog:
+            kept = yield from self.stops.cancel_jog(self.lines)
+        else:
+            kept = yield from self.stops.hold()
         return self._silence_of_mute() if self.exchange.mute else Halted(kept)
 
     def _break_off(self, end: Reply) -> Script[HostEvent, Reply]:
@@ -294,8 +251,7 @@ class GrblMotion:
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
             self.stops.send_brake()
-            return end
-        if self.board.alarm is None and self.board.state not in (None, State.ALARM):
+        elif self.board.alarm is None and self.board.state not in (None, State.ALARM):
             yield from self.stops.hold()
         return end
 
@@ -306,33 +262,21 @@ class GrblMotion:
 
 
 class HomingWatch:
-    """Which motors have turned since a homing command was sent.
+    """Which motors have `turned` since a homing command was sent.
 
     A count must differ from that at the start in two reports in a row: a single one, which has no
     checksum, may be damaged.
     """
 
-    def __init__(self, motor: int, start: Motors) -> None:
-        self._motor = motor
+    def __init__(self, start: Motors) -> None:
+        self.turned: set[int] = set()
         self._start = start
         self._latest: set[int] = set()
-        self._turned: set[int] = set()
-
-    @property
-    def own(self) -> bool:
-        """Whether the motor to be homed has turned."""
-        return self._motor in self._turned
-
-    @property
-    def others(self) -> bool:
-        """Whether any other motor has turned."""
-        return bool(self._turned - {self._motor})
 
     def see(self, position: Motors) -> None:
         """Compare a reported position with the one at the start."""
-        steps = enumerate(position - self._start)
-        differing = {motor for motor, count in steps if count}
-        self._turned |= differing & self._latest
+        differing = {motor for motor, steps in enumerate(position - self._start) if steps}
+        self.turned |= differing & self._latest
         self._latest = differing
 
 
@@ -347,6 +291,14 @@ class GrblHoming:
     letters: str
     time_of: Callable[[Home], HomingTime]
     """How long a homing command lasts."""
+
+    def commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
+        """Return the homing commands: one for each motor, in the arm's order without groups.
+
+        `$H` alone answers ok even if its build leaves axes out, as five-axis grbl-Mega-5X does.
+        """
+        motors = groups or (range(len(self.letters)),)
+        return [Home(self.letters[motor]) for group in motors for motor in group]
 
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Script[HostEvent, Reply]:
         """Make the board home one motor after the other, in the order of `commands`."""
@@ -374,81 +326,64 @@ class GrblHoming:
         """
         motor = self.letters.index(command.axes)
         for _ in range(2):
-            began_s = self.io.now_s
-            if not (yield from self.exchange.confirm_position()):
-                return self.io.silence(began_s)
-            watch = HomingWatch(motor, self.board.registers().positions)
+            watch = HomingWatch(self.board.registers().positions)
             failed = yield from self._search(command, watch)
-            if watch.others:
+            if watch.turned - {motor}:
                 words = "the line was changed on the wire, because another motor has turned"
                 return RequestRejected(f"`{command.text}`: {words}")
-            if failed is not None or watch.own:
+            if failed is not None:
                 return failed
+            if motor in watch.turned:
+                break
         return None
 
     def _search(self, command: Home, watch: HomingWatch) -> Script[HostEvent, Reply | None]:
-        """Send a homing command and wait for its end; return why it failed, or None."""
-        yield from self.exchange.clean_line()
+        """Send a homing command and wait for its end; return why it failed, or None.
+
+        The board homes on while this program is suspended, so everything that has arrived meanwhile
+        is read before the deadline counts. A board that reports while it homes is lost soon if it
+        falls silent.
+        """
+        yield from self.exchange.clear_line()
         alarm, began_s = self.board.alarm, self.io.now_s
+        reports, motor = self.board.behaviour.reports_homing, self.letters.index(command.axes)
         self.exchange.send(command)
-        message = yield from self._answer(self.time_of(command), watch)
-        if message is None:
-            if (yield from self._end()) and not self.io.stop_hard:
-                yield from self.contact.clear()  # the driver knows: nothing is referenced
-            return Halted(kept=False)
+        message: HostEvent | None = None
+        end_s = began_s + self.time_of(command).waited_s
+        while not isinstance(message, Answer):
+            silent_s = self.exchange.unanswered_s + HOMING_MARGIN_S
+            over = message is None and self.io.now_s >= (min(end_s, silent_s) if reports else end_s)
+            if over or self.io.stop_asked or watch.turned - {motor}:
+                return (yield from self._end())
+            if reports:
+                self.exchange.poll()
+            wake_s = min(end_s, silent_s, self.exchange.poll_due_s) if reports else end_s
+            message = yield from self.exchange.listen(wake_s)
+            if isinstance(message, StatusReported):
+                watch.see(self.board.registers().positions)
         if not isinstance(message, Acknowledged):
             return refusal(message, f"`{command.text}`", moved=True)
-        too_soon = self.io.now_s < began_s + SHORTEST_HOMING_S
-        if too_soon and self.board.alarm is alarm:
+        if self.io.now_s < began_s + SHORTEST_HOMING_S and self.board.alarm is alarm:
             return RequestRejected(
                 f"the board answered `{command.text}` at once, so it has not homed: the line "
                 "was changed on the wire"
             )
         for _ in range(2):
-            if not (yield from self.exchange.look_position()):
+            if not (yield from self.exchange.look()):
                 return self.io.silence(began_s)
             watch.see(self.board.registers().positions)
         return None
 
-    def commands(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
-        """Return the homing commands: one for each motor, in the arm's order without groups.
+    def _end(self) -> Script[HostEvent, Reply]:
+        """Reset a board that is homing, which obeys nothing else.
 
-        `$H` alone answers ok even if its build leaves axes out, as five-axis grbl-Mega-5X does.
+        It sends no report that would show a lost byte, so the reset is sent twice. If the first one
+        arrived, the second has no effect.
         """
-        motors = groups or (range(len(self.letters)),)
-        return [Home(self.letters[motor]) for group in motors for motor in group]
-
-    def _answer(self, lasts: HomingTime, watch: HomingWatch) -> Script[HostEvent, Answer | None]:
-        """Wait for the answer to a homing command; return None at a stop or at the timeout.
-
-        The board homes on while this program is suspended, so everything that has arrived meanwhile
-        is read before the deadline counts. A board that reports while it homes is lost soon if it
-        falls silent, and it shows at once if another motor turns.
-        """
-        reports = self.board.behaviour.reports_homing
-        end_s = self.io.now_s + lasts.waited_s
-        while not (self.io.stop_asked or watch.others):
-            until_s, wake_s = end_s, end_s
-            if reports:
-                self.exchange.poll()
-                until_s = min(end_s, self.board.polls.since_s + HOMING_MARGIN_S)
-                wake_s = min(until_s, self.exchange.poll_due_s)
-            message = yield from self.exchange.listen(wake_s)
-            if isinstance(message, Answer):
-                return message
-            if isinstance(message, StatusReported) and self.board.located:
-                watch.see(self.board.registers().positions)
-            if message is None and self.io.now_s >= until_s:
-                break
-        return None
-
-    def _end(self) -> Script[HostEvent, bool]:
-        """Reset a board that is homing, which obeys nothing else; return whether it answered.
-
-        It sends no report that would show a lost byte, so the reset is sent twice.
-        """
-        self.board.greeting.await_late()
+        self.board.reset_sent(math.inf, moving=True)
         self.exchange.send_realtime(Realtime.SOFT_RESET)
         yield from self.io.pause(self.io.now_s + RESET_POLL_S)
-        # if the first reset arrived, this one has no effect
-        return (yield from self.exchange.soft_reset(moving=True))
+        answered = yield from self.exchange.soft_reset(moving=True)
+        if answered and not self.io.stop_hard:
+            yield from self.contact.clear()  # the driver knows: nothing is referenced
+        return Halted(kept=False)

@@ -7,7 +7,7 @@ announce how far the arm continues after a stop. The parts, from the board's ins
     planned_s        how long lines take in the planner: ramps, and corners passed in motion
     SegmentBuffer    what has left the planner, and no command can change any more
     MotionBounds     the two together: how long and how far a motion continues
-    InFlightLines    the lines of one motion: which are done, and where the arm is
+    InFlightLines    the lines of one motion: which are done, and how much is left to drive
 """
 
 from __future__ import annotations
@@ -151,6 +151,12 @@ LAST_STEP_S = 1.0 / SLOWEST_HZ
 SHORTEST_HZ = STEPS_A_SEGMENT / SEGMENT_S
 
 
+def segment_lasts_s(rate_hz: float) -> float:
+    """Return how long a segment lasts at this rate of the busiest motor."""
+    least_s = STEPS_A_SEGMENT / max(rate_hz, SLOWEST_HZ)
+    return SEGMENT_S * math.ceil(least_s / SEGMENT_S - 1e-9)
+
+
 @dataclass(frozen=True, slots=True)
 class SegmentBuffer:
     """The segment buffer of one board, which computes `segments` ahead.
@@ -168,50 +174,7 @@ class SegmentBuffer:
         FluidNC is never so slow. The rest covers that it obeys a stop late while homing waits at a
         switch: it still begins the next motion.
         """
-        return self.segments * self._segment_s(SLOWEST_HZ)
-
-    def longest_of_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
-        """Return the longest stretch of a motion, anywhere in it, that the buffer can hold.
-
-        The motion is sent in pieces of `piece_s` or longer, or part by part if the parts are
-        shorter. A piece consists of whole steps, so its rate may be one step below the planned one.
-        As the buffer's window slides along the motion, its duration changes linearly until one of
-        its ends reaches a boundary between two parts. So the longest window begins or ends at a
-        boundary.
-        """
-        counted = [
-            (
-                part.duration_s,
-                self._segment_s(part.rate_hz - 1.0 / max(min(part.duration_s, piece_s), 1e-6)),
-            )
-            for part in parts
-        ]
-        directions = (counted, counted[::-1])
-        return max(
-            self._filled_s(ordered, start)
-            for ordered in directions
-            for start in range(len(ordered))
-        )
-
-    @staticmethod
-    def slow_ramp_s(rate_hz: float, slope: float) -> float:
-        """Bound how much longer the segments last because of the board's own ramp to a rate.
-
-        Only segments below `SHORTEST_HZ` last longer than 10 ms. This is the time that the ramp
-        spends below that rate.
-        """
-        return min(rate_hz, SHORTEST_HZ) / slope
-
-    def _filled_s(self, counted: Sequence[tuple[float, float]], start: int) -> float:
-        """Return the duration of the segments that fit into the buffer, from part `start` on."""
-        left, total_s = float(self.segments), 0.0
-        for index in range(start, len(counted)):
-            duration_s, segment_s = counted[index]
-            count = min(duration_s / segment_s, left)
-            left, total_s = left - count, total_s + count * segment_s
-            if left <= 0.0:
-                break
-        return total_s
+        return self.segments * segment_lasts_s(SLOWEST_HZ)
 
     def most_steps(self, fastest_hz: float) -> float:
         """Bound the steps that the buffer holds for a motor that turns no faster than this.
@@ -221,22 +184,19 @@ class SegmentBuffer:
         """
         return self.segments * max(fastest_hz * SEGMENT_S, 2.0 * STEPS_A_SEGMENT)
 
-    def holds_s(self, paths: Iterable[MotorPath]) -> float:
-        """Return how much of the motion along these lines the buffer holds, from their start."""
-        left, total_s, segment_s = float(self.segments), 0.0, 0.0
-        for each in paths:
-            segment_s = self._segment_s(each.rate_hz)
-            count = each.nominal_s / segment_s
-            if count >= left:
-                break
-            left -= count
-            total_s += each.nominal_s
-        return total_s + left * segment_s
+    def holds_s(self, pieces: Iterable[tuple[float, float]]) -> float:
+        """Return how much of a motion the buffer holds, from its start.
 
-    @staticmethod
-    def _segment_s(rate_hz: float) -> float:
-        least_s = STEPS_A_SEGMENT / max(rate_hz, SLOWEST_HZ)
-        return SEGMENT_S * math.ceil(least_s / SEGMENT_S - 1e-9)
+        The motion is given by durations and rates, one after the other.
+        """
+        left, total_s = float(self.segments), 0.0
+        for duration_s, rate_hz in pieces:
+            lasts_s = segment_lasts_s(rate_hz)
+            count = min(duration_s / lasts_s, left)
+            left, total_s = left - count, total_s + count * lasts_s
+            if left <= 0.0:
+                break
+        return total_s
 
 
 # The speed of this arm's motors on the board, and how long a motion continues after a stop.
@@ -278,9 +238,8 @@ class MotionBounds:
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return the time the slowest axis takes for these steps, from rest to rest."""
-        slopes = zip(self.limits.accelerations, self.limits.steps_per_unit, strict=True)
         slowest = min(*self.limits.rates_hz(), rate_hz)
-        least = min(slope * per for slope, per in slopes)
+        least = min(slope for _, slope in self._fastest)
         return trapezoid_s(MotorPath(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
 
     def ramp_s(self, parts: Sequence[StopPart] = ()) -> float:
@@ -308,9 +267,11 @@ class MotionBounds:
         """
         wire_s = HOST_DELAY_S + LONGEST_LINE * self.byte_s
         heard_s = wire_s + RESEND_S
-        piece_s = segment_s(burst_s) / 2.0  # parts are cut into equal pieces, at least half as long
-        brakes_s, held_s = self.ramp_s(parts), self._held_longest_s(parts, piece_s)
-        held_way_s = self._held_full_speed_s(parts)
+        brakes_s, held_s = self.ramp_s(parts), self._held_s(parts, segment_s(burst_s))
+        # how long the steps in the buffer take at the motion's own speed, which the distance needs;
+        # without parts, of a single motor at full speed: the slowest one takes longest
+        rates_hz = [part.rate_hz for part in parts] or [each for each, _ in self._fastest]
+        held_way_s = max((self.segments.most_steps(rate) + 1.0) / rate for rate in rates_hz)
         stands_s = heard_s + held_s + brakes_s + LAST_STEP_S
         return Stopping(
             max(stands_s, heard_s + KILLED_S),
@@ -320,36 +281,37 @@ class MotionBounds:
             max(stands_s + CONFIRMED_S, heard_s + KILLED_S),
         )
 
-    def _held_longest_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
+    def _held_s(self, parts: Sequence[StopPart], piece_s: float) -> float:
         """Bound how long the board takes to drive the contents of its segment buffer.
 
-        While the motion speeds up or slows down, segments last as long as those of a slower rate.
+        As the buffer's window slides along the motion, its duration changes linearly until one of
+        its ends reaches a boundary between two parts. So the longest window begins or ends at a
+        boundary. A part is sent in equal pieces of at least half of `piece_s`. They consist of
+        whole steps, so a piece's rate may be one step below the planned one. Segments of a ramp
+        last as long as those of a slower rate: longer than 10 ms only below `SHORTEST_HZ`.
         """
+        longest_s = self.segments.longest_s
         if not parts:
-            return self.segments.longest_s
-        held_s = self.segments.longest_of_s(parts, piece_s)
-        slopes = [slope for _, slope in self._fastest]
-        ramps_s = self.segments.slow_ramp_s(max(p.rate_hz for p in parts), min(slopes))
-        return min(held_s + ramps_s, self.segments.longest_s)
+            return longest_s
+        pieces = [
+            (part.duration_s, part.rate_hz - 1.0 / max(min(part.duration_s, piece_s / 2.0), 1e-6))
+            for part in parts
+        ]
+        fastest_hz = max(part.rate_hz for part in parts)
+        ramps_s = min(fastest_hz, SHORTEST_HZ) / min(slope for _, slope in self._fastest)
+        held_s = max(
+            self.segments.holds_s(ordered[start:])
+            for ordered in (pieces, pieces[::-1])
+            for start in range(len(pieces))
+        )
+        return min(held_s + ramps_s, longest_s)
 
-    def _held_full_speed_s(self, parts: Sequence[StopPart]) -> float:
-        """Return how long the motion takes, at its own speed, for the steps in the buffer.
 
-        Without parts, assume a single motor at full speed: the slowest one takes longest.
-        """
-        rates_hz = [part.rate_hz for part in parts] or [each for each, _ in self._fastest]
-        return max((self.segments.most_steps(rate) + 1.0) / rate for rate in rates_hz)
-
-
-# The lines sent for one motion: which of them are done, and where the arm is.
+# The lines sent for one motion: which of them are done, and how much is left to drive.
 #
 # Only a report shows that a line has been driven. A line leaves the board's planner as soon as its
 # last segment is computed, so the reported position decides: a line is done when the position lies
 # on a later line, or when the board is Idle with an empty planner.
-
-# Greatest age of a report. If a position is farther behind the planner than the segment buffer and
-# such a report explain, the motion has gone wrong: it runs backwards along its path, for example.
-REPORT_S = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -359,22 +321,26 @@ class InFlightLine:
     start: Motors
     end: Motors
     path: MotorPath
-    sent_s: float
 
-    def share_at(self, position: Motors, tolerance: float) -> float | None:
-        """Return the share driven when the arm is at a position; None if it is off the line."""
+    def share_at(self, position: Motors, tolerance: float, least: float) -> float | None:
+        """Return the share driven when the arm is at a position.
+
+        None if it is off the line, or farther back than a share of `least`.
+        """
         delta = self.end - self.start
         made = position - self.start
         busiest = max(range(len(delta)), key=lambda motor: abs(delta[motor]))
         share = min(max(made[busiest] / delta[busiest], 0.0), 1.0)
         off = max(abs(count - whole * share) for count, whole in zip(made, delta, strict=True))
-        return share if off <= tolerance else None
+        back = (least - share) * abs(delta[busiest])
+        return max(share, least) if max(off, back) <= tolerance else None
 
 
 class InFlightLines:
     """The lines that are not yet known to be done; the last one may be `unanswered`.
 
-    `ends_s` is the time when the motors should stop.
+    A motor may be off its line by `tolerance` steps. `ends_s` is when the motors should stop, and
+    `sent_s` when the last line was sent.
     """
 
     def __init__(
@@ -383,10 +349,10 @@ class InFlightLines:
         self.start = self.end = start
         self.unanswered = False
         self.oks = 0
+        self.ends_s = self.sent_s = -math.inf
         self._limits = limits
         self._tolerance = tolerance
         self._segments = segments
-        self.ends_s = -math.inf
         self._lines: deque[InFlightLine] = deque()
         self._share = 0.0
 
@@ -396,76 +362,49 @@ class InFlightLines:
         return not self._lines
 
     @property
-    def waiting(self) -> int:
-        """Number of lines not known to be done."""
-        return len(self._lines)
-
-    @property
-    def sent_s(self) -> float:
-        """When the last line was sent."""
-        return self._lines[-1].sent_s
+    def progress(self) -> tuple[int, Motors, float]:
+        """Changes whenever more of the lines is known to be done."""
+        return len(self._lines), self.start, self._share
 
     def send(self, steps: Motors, path: MotorPath, now_s: float) -> None:
         """Record a line that is sent now."""
         lasts_s = path.nominal_s if self._lines else planned_s([path], self._limits)
         self.ends_s = max(self.ends_s, now_s) + lasts_s
-        self._lines.append(InFlightLine(self.end, self.end + steps, path, now_s))
+        self._lines.append(InFlightLine(self.end, self.end + steps, path))
         self.end = self.end + steps
-        self.unanswered = True
+        self.unanswered, self.sent_s = True, now_s
 
     def answered(self, now_s: float) -> None:
         """Record an ok: the last line is planned, and starts if it is alone."""
         if len(self._lines) == 1:
-            self.ends_s = max(self.ends_s, now_s + planned_s(self.rest(), self._limits))
+            self.ends_s = max(self.ends_s, now_s + self.expected_s())
         self.unanswered = False
         self.oks += 1
 
-    def rest(self, more: MotorPath | None = None) -> list[MotorPath]:
-        """Return the lines left to drive, followed by `more` if given."""
-        paths = [line.path for line in self._lines]
-        if paths:
-            paths[0] = paths[0].rest(self._share)
-        return paths if more is None else [*paths, more]
+    def ahead_s(self, ramp_s: float, *more: MotorPath) -> float:
+        """Return for how long the planner's lines move the arm, with `more` behind them.
 
-    def fits(self, more: MotorPath, ahead_s: float, ramp_s: float) -> bool:
-        """Return whether the planner, with one line more, holds at most `ahead_s` of motion.
-
-        The segment buffer's contents come on top, since they have left the planner, and so do the
-        ramps: the lines are driven from the present position to a stop.
+        What the segment buffer holds does not count, since it has left the planner, and neither do
+        the ramps: the lines are driven from the present position to a stop.
         """
-        paths = self.rest(more)
-        if len(paths) == 1:
-            return True
-        ahead_s += self._segments.holds_s(paths)
-        nominal_s = sum(each.nominal_s for each in paths)
-        return (
-            nominal_s <= ahead_s + 1e-6
-            and planned_s(paths, self._limits) <= ahead_s + ramp_s + 1e-6
-        )
-
-    def has_room(self, guess_s: float, ahead_s: float) -> bool:
-        """Return whether a line of this duration would fit after the present ones."""
-        paths = self.rest()
-        if not paths:
-            return True
-        ahead_s += self._segments.holds_s(paths)
-        return sum(each.nominal_s for each in paths) + guess_s <= ahead_s + 1e-6
-
-    def ends_by(self, time_s: float) -> bool:
-        """Return whether the lines sent so far may have been driven by a time."""
-        return bool(self._lines) and self.ends_s <= time_s
+        paths = [*self._rest(), *more]
+        nominal_s = math.fsum(each.nominal_s for each in paths)
+        lasts_s = max(nominal_s, planned_s(paths, self._limits) - ramp_s)
+        return lasts_s - self._segments.holds_s((each.nominal_s, each.rate_hz) for each in paths)
 
     def expected_s(self) -> float:
         """Return the expected duration of the lines left to drive."""
-        return planned_s(self.rest(), self._limits)
+        return planned_s(self._rest(), self._limits)
 
-    def report(
-        self, position: Motors, now_s: float, *, idle: bool, planned: int | None = None
-    ) -> bool:
+    def _rest(self) -> list[MotorPath]:
+        paths = [line.path for line in self._lines]
+        return [paths[0].rest(self._share), *paths[1:]] if paths else []
+
+    def report(self, position: Motors, now_s: float, *, idle: bool) -> bool:
         """Record a report; return False if no line that can be under way explains its position.
 
         `idle` means that the board stands with an empty planner, so every acknowledged line is
-        done. `planned` is the number of lines in the planner.
+        done.
         """
         if idle:
             self._drop(len(self._lines) - self.unanswered)
@@ -473,27 +412,13 @@ class InFlightLines:
             return (position - self.start).largest <= self._tolerance
         # the earliest line that explains the position is the one under way; all before it are done
         for index, line in enumerate(self._lines):
-            share = line.share_at(position, self._tolerance)
-            if share is None or self._too_far_behind(position, index, share, planned):
-                continue  # on a way that turns back, a later line may pass the same position
-            self._drop(index)
-            self._share = share
-            self.ends_s = now_s + sum(each.nominal_s for each in self.rest())
-            return True
+            share = line.share_at(position, self._tolerance, 0.0 if index else self._share)
+            if share is not None:
+                self._drop(index)
+                self._share = share
+                self.ends_s = now_s + math.fsum(each.nominal_s for each in self._rest())
+                return True
         return False
-
-    def _too_far_behind(
-        self, position: Motors, index: int, share: float, planned: int | None
-    ) -> bool:
-        """Return whether a position is farther behind the planner than its segments explain."""
-        # these lines have left the planner, so their segments have been computed
-        computed = 0 if planned is None else len(self._lines) - self.unanswered - planned
-        lines = list(self._lines)[index : max(computed, 0)]
-        if not lines or (lines[-1].end - position).largest <= self._tolerance:
-            return False
-        paths = [lines[0].path.rest(share), *(line.path for line in lines[1:])]
-        late_s = sum(each.nominal_s for each in paths)
-        return late_s > self._segments.holds_s(paths) + REPORT_S
 
     def _drop(self, count: int) -> None:
         for _ in range(count):

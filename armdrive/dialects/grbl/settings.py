@@ -10,12 +10,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date
+from typing import TypeAlias
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.planner import Limits, MotorPath
-from armdrive.dialects.grbl.variants import Behaviour
+from armdrive.dialects.grbl.variants import LOCATE_PULL_OFFS, SEARCH_TRAVELS, Behaviour
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
 from armdrive.text.toml import check_settings, setting
@@ -327,12 +328,13 @@ def feed(path: MotorPath) -> str:
 # A board's settings by key, as the board reports them.
 ReportedSettings = Mapping[int | str, str]
 
-# How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs.
-SEARCH_TRAVELS, LOCATE_PULL_OFFS = 1.5, 10.0
 # Settings are reported with three decimals.
 SETTING_TOLERANCE = 1e-3
 # An axis that is slower than expected by no more than this share is not reported.
 RATE_TOLERANCE = 0.02
+
+# Whether a setting as found differs from the one wanted, in a way that matters.
+Differs: TypeAlias = Callable[[float, float], bool]
 
 
 def _is_other(found: float, wanted: float) -> bool:
@@ -352,33 +354,6 @@ def _is_switched(found: float, wanted: float) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class ExpectedSetting:
-    """A setting as the arm file expects it.
-
-    `must` means that nothing moves until it is right, `homes` that no motor seeks its switch, and
-    `needed` that it differs as well if the board does not report it.
-    """
-
-    key: int
-    wanted: float
-    what: str
-    differs: Callable[[float, float], bool]
-    must: bool = False
-    homes: bool = False
-    needed: bool = False
-
-    def difference(self, found: float | None, key: int | str | None) -> Difference:
-        """Return the difference of a reported value, and the line that corrects it by a key."""
-        # rounded up, because three decimals must not make a limit lower than expected
-        expected = write_number(math.ceil(self.wanted * 1000.0 - 1e-6) / 1000.0)
-        where = "" if key is not None else ", in the board's configuration file"
-        name = f"${self.key} ({self.what}{where})"
-        line = "" if key is None else f"${key}={expected}"
-        found_text = "not reported" if found is None else write_number(found)
-        return Difference(name, found_text, expected, line, self.must, self.homes)
-
-
-@dataclass(frozen=True, slots=True)
 class Comparison:
     """Compares the settings that a board reports with those that the arm file expects.
 
@@ -391,16 +366,18 @@ class Comparison:
     reported: ReportedSettings
     behaviour: Behaviour
 
-    def number(self, key: int) -> float | None:
+    def number(self, key: int | str | None) -> float | None:
         """Return a setting as a number; None if the board does not report one."""
-        return self._read(key if key in self.reported else self._key(key))
-
-    def _read(self, key: int | str | None) -> float | None:
+        if isinstance(key, int) and key not in self.reported:
+            key = self.behaviour.key(key, self.board)
         try:
             value = float("" if key is None else self.reported.get(key, ""))
         except ValueError:
             return None
         return value if math.isfinite(value) else None
+
+    def _of_motor(self, group: int, motor: int) -> float | None:
+        return self.number(group + self.board.index(self.axes.letters[motor]))
 
     def limits(self) -> Limits:
         """Return the axes' actual limits; those that the board does not report are as expected.
@@ -408,21 +385,25 @@ class Comparison:
         So are rates and accelerations of zero: nothing moves until they are corrected.
         """
         expected, junction = self.axes.expected(self.settings), self.number(keys.JUNCTION)
-        return replace(
-            expected,
-            rates=tuple(
-                (self._of_axis(keys.RATE, index) or rate * 60.0) / 60.0
-                for index, rate in enumerate(expected.rates)
-            ),
-            accelerations=tuple(
-                self._of_axis(keys.ACCELERATION, index) or slope
-                for index, slope in enumerate(expected.accelerations)
-            ),
-            junction=expected.junction if junction is None else junction,
+        rates = (
+            (self._of_motor(keys.RATE, motor) or rate * 60.0) / 60.0
+            for motor, rate in enumerate(expected.rates)
         )
+        slopes = (
+            self._of_motor(keys.ACCELERATION, motor) or slope
+            for motor, slope in enumerate(expected.accelerations)
+        )
+        junction = expected.junction if junction is None else junction
+        return Limits(expected.steps_per_unit, tuple(rates), tuple(slopes), junction)
 
     def searches_s(self) -> tuple[float | None, ...]:
-        """Return how long each motor homes at most, in s; None if the board does not say.
+        """Return how long each motor homes at most, in s; None if the board does not say."""
+        limits = self.limits()
+        each = zip(limits.rates, limits.accelerations, strict=True)
+        return tuple(self._search_s(motor, *limit) for motor, limit in enumerate(each))
+
+    def _search_s(self, motor: int, fastest: float, slope: float) -> float | None:
+        """Return how long a motor homes whose axis has this highest rate, in units a second.
 
         It seeks its switch, no faster than its axis's highest rate, backs off, approaches it
         slowly, and backs off again; FluidNC backs off slowly, and also first from a switch that is
@@ -430,102 +411,79 @@ class Comparison:
         machine_limits.c, whose approach is longer than GRBL's and may be repeated ($43), FluidNC
         Homing.cpp and Cartesian.cpp (axesVector).
         """
-        limits = self.limits()
-        return tuple(
-            self._search_s(index, rate * 60.0, slope)
-            for index, (rate, slope) in enumerate(
-                zip(limits.rates, limits.accelerations, strict=True)
-            )
-        )
-
-    def _search_s(self, index: int, fastest: float, slope: float) -> float | None:
-        """Return how long a motor homes whose axis has this highest rate, in units a minute."""
-        approaches = 1.0 + (self.number(keys.HOMING_RUNS) or 1.0)
-        travel = self._of_axis(keys.TRAVEL, index)
-        seek, feed, off, pause_ms, far, near = self._homing(index)
+        names = self.behaviour.homing_of(self.axes.letters[motor])
+        seek, feed, off, pause_ms, *scalers = map(self.number, names)
+        far, near = scalers or (SEARCH_TRAVELS, LOCATE_PULL_OFFS)
+        travel = self._of_motor(keys.TRAVEL, motor)
         if not (travel and seek and feed and off and far and near):
             return None
-        seek, feed = min(seek, fastest), min(feed, fastest)
-        seek_s = far * travel / seek * 60.0
-        near_s = (approaches - 1.0) * near * off / feed * 60.0
-        backs_off = seek if self.behaviour.paths is None else feed
-        off_s = (approaches + 1.0) * off / backs_off * 60.0
-        ramps_s = (2.0 * approaches + 1.0) * max(seek, feed) / 60.0 / slope
-        pauses_s = (2.0 * approaches + 1.0) * (pause_ms or 0.0) / 1000.0
-        return seek_s + near_s + off_s + ramps_s + pauses_s
-
-    def _homing(self, index: int) -> Iterator[float | None]:
-        """Yield an axis's rates of seeking and approaching, pull-off, pause and scalers."""
-        paths = self.behaviour.paths
-        if paths is None:
-            yield from map(
-                self.number, (keys.HOMING_SEEK, keys.HOMING_FEED, keys.PULL_OFF, keys.DEBOUNCE_MS)
-            )
-            yield from (SEARCH_TRAVELS, LOCATE_PULL_OFFS)
-        else:
-            yield from map(self._read, paths.homing_of(self.axes.letters[index]))
+        runs = self.number(keys.HOMING_RUNS) or 1.0
+        seek, feed = min(seek / 60.0, fastest), min(feed / 60.0, fastest)
+        backs_off = feed if self.behaviour.pulls_off_slowly else seek
+        turns = 2.0 * runs + 3.0  # motions, each with a ramp and a pause
+        drives_s = far * travel / seek + runs * near * off / feed + (runs + 2.0) * off / backs_off
+        return drives_s + turns * (max(seek, feed) / slope + (pause_ms or 0.0) / 1000.0)
 
     def differences(self) -> Iterator[Difference]:
-        """Yield each difference from the arm file, with the line that corrects it."""
-        for each in self._expected():
-            found = self.number(each.key)
-            if each.needed if found is None else each.differs(found, each.wanted):
-                yield each.difference(found, self._key(each.key))
+        """Yield each difference from the arm file, with the line that corrects it.
 
-    def _expected(self) -> Iterator[ExpectedSetting]:
-        expected, settings = self.axes.expected(self.settings), self.settings
-        behaviour = self.behaviour
-        what = "motors on while standing"
-        yield ExpectedSetting(
-            keys.IDLE_MS, keys.ALWAYS_ON_MS, what, _is_other, must=True, needed=True
-        )
+        `must` means that nothing moves until it is corrected, `homes` that no motor homes.
+        """
+        settings, behaviour, what = self.settings, self.behaviour, "motors on while standing"
+        if self.number(keys.IDLE_MS) is None:
+            yield self._difference(keys.IDLE_MS, None, keys.ALWAYS_ON_MS, what, must=True)
+        yield from self._differs(keys.IDLE_MS, keys.ALWAYS_ON_MS, what, _is_other, must=True)
         # the other parts may stay
         mask = int(self.number(keys.REPORT) or 0) | behaviour.report_bits
-        yield ExpectedSetting(keys.REPORT, mask, "what reports contain", _is_other, must=True)
-        yield ExpectedSetting(keys.INCHES, 0, "reports in inches", _is_switched, must=True)
-        for index, letter in enumerate(self.axes.letters):
-            axis = self.board.index(letter)
-            steps, what = expected.steps_per_unit[index], f"steps per unit of {letter}"
-            yield ExpectedSetting(keys.STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
-            rate, slope = expected.rates[index] * 60.0, expected.accelerations[index]
-            what, lower = f"the highest rate of {letter}", "motion is slower than requested"
-            yield self._at_least(keys.RATE + axis, rate, what, lower)
-            what, lower = f"the acceleration of {letter}", "motion starts and stops more slowly"
-            yield self._at_least(keys.ACCELERATION + axis, slope, what, lower)
-            yield from self._travel(index, letter)
-        yield ExpectedSetting(keys.JUNCTION, expected.junction, "the corner rounding", _is_far)
-        yield ExpectedSetting(keys.SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
-        yield ExpectedSetting(keys.HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
+        yield from self._differs(keys.REPORT, mask, "what reports contain", _is_other, must=True)
+        yield from self._differs(keys.INCHES, 0, "reports in inches", _is_switched, must=True)
+        for motor in range(len(self.axes.letters)):
+            yield from self._of_axis(motor)
+        junction = self.axes.expected(settings).junction
+        yield from self._differs(keys.JUNCTION, junction, "the corner rounding", _is_far)
+        yield from self._differs(
+            keys.SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched
+        )
+        yield from self._differs(
+            keys.HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched
+        )
         if behaviour.homing_bits is not None and settings.homing:
             bits = int(self.number(keys.HOMING) or 0) | behaviour.homing_bits
-            yield ExpectedSetting(keys.HOMING, bits, "homing, also of single axes", _is_other)
+            yield from self._differs(keys.HOMING, bits, "homing, also of single axes", _is_other)
         else:
-            yield ExpectedSetting(keys.HOMING, settings.homing, "homing", _is_switched)
+            yield from self._differs(keys.HOMING, settings.homing, "homing", _is_switched)
         if settings.homing:
             what = "homing directions: motors would move away from their switches"
             mask = self._homing_mask()
-            yield ExpectedSetting(keys.HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
+            yield from self._differs(keys.HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
         if behaviour.sleep_switch:
-            yield ExpectedSetting(
-                keys.SLEEP_ENABLE, 1, "sleep: only it releases the motors", _is_switched
-            )
+            what = "sleep: only it releases the motors"
+            yield from self._differs(keys.SLEEP_ENABLE, 1, what, _is_switched)
 
-    def _at_least(self, key: int, least: float, what: str, lower: str) -> ExpectedSetting:
-        """Return a limit of an axis, which may be lower than expected, but not zero."""
+    def _of_axis(self, motor: int) -> Iterator[Difference]:
+        settings, expected = self.settings, self.axes.expected(self.settings)
+        letter = self.axes.letters[motor]
+        axis = self.board.index(letter)
+        steps, what = expected.steps_per_unit[motor], f"steps per unit of {letter}"
+        yield from self._differs(keys.STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
+        least, what = expected.rates[motor] * 60.0, f"the highest rate of {letter}"
+        yield from self._at_least(keys.RATE + axis, least, what, "motion is slower than requested")
+        least, what = expected.accelerations[motor], f"the acceleration of {letter}"
+        lower = "motion starts and stops more slowly"
+        yield from self._at_least(keys.ACCELERATION + axis, least, what, lower)
+        what = f"the travel of {letter}"
+        if settings.travel and settings.soft_limits:
+            wanted = settings.travel[motor]
+            yield from self._differs(keys.TRAVEL + axis, wanted, what, _is_other)
+        elif settings.homing:
+            travel = math.ceil((settings.travel or self.axes.spans)[motor])
+            what += f": homing gives up after {SEARCH_TRAVELS:g} times that"
+            yield from self._differs(keys.TRAVEL + axis, travel, what, _is_lower)
+
+    def _at_least(self, key: int, least: float, what: str, lower: str) -> Iterator[Difference]:
         stuck = self.number(key) == 0.0
         what = f"{what}: {'a motion would never end' if stuck else lower}"
-        return ExpectedSetting(key, least, what, _is_lower, must=stuck)
-
-    def _travel(self, index: int, letter: str) -> Iterator[ExpectedSetting]:
-        """Yield the travel of an axis, if soft limits or homing depend on it."""
-        settings, what = self.settings, f"the travel of {letter}"
-        axis = keys.TRAVEL + self.board.index(letter)
-        if settings.travel and settings.soft_limits:
-            yield ExpectedSetting(axis, settings.travel[index], what, _is_other)
-        elif settings.homing:
-            travel = settings.travel[index] if settings.travel else self.axes.spans[index]
-            what += f": homing gives up after {SEARCH_TRAVELS:g} times that"
-            yield ExpectedSetting(axis, math.ceil(travel), what, _is_lower)
+        return self._differs(key, least, what, _is_lower, must=stuck)
 
     def _homing_mask(self) -> int:
         """Return the board's own mask with a bit for each motor that has to home downwards."""
@@ -536,8 +494,28 @@ class Comparison:
                 mask = mask | bit if way < 0 else mask & ~bit
         return mask
 
-    def _key(self, key: int) -> int | str | None:
-        return self.behaviour.key(key, self.board)
+    def _differs(
+        self, key: int, wanted: float, what: str, differs: Differs, **effect: bool
+    ) -> Iterator[Difference]:
+        """Yield the difference of a setting, if the board reports one that matters."""
+        found = self.number(key)
+        if found is not None and differs(found, wanted):
+            yield self._difference(key, found, wanted, what, **effect)
 
-    def _of_axis(self, group: int, index: int) -> float | None:
-        return self.number(group + self.board.index(self.axes.letters[index]))
+    def _difference(
+        self,
+        key: int,
+        found: float | None,
+        wanted: float,
+        what: str,
+        *,
+        must: bool = False,
+        homes: bool = False,
+    ) -> Difference:
+        changed_by = self.behaviour.key(key, self.board)
+        # rounded up, because three decimals must not make a limit lower than expected
+        expected = write_number(math.ceil(wanted * 1000.0 - 1e-6) / 1000.0)
+        where = "" if changed_by is not None else ", in the board's configuration file"
+        line = "" if changed_by is None else f"${changed_by}={expected}"
+        shown = "not reported" if found is None else write_number(found)
+        return Difference(f"${key} ({what}{where})", shown, expected, line, must, homes)

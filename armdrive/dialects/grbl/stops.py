@@ -3,7 +3,6 @@
     hold         brake a motion, then reset the board, which drops the lines that it still has
     cancel_jog   end a jog without a reset, if the board takes the cancel
     kill         reset at once (emergency stop), which may cost the position
-    free         reset a board at rest that reads no lines
 
 All but a jog's cancel end in `reset_and_restore`.
 """
@@ -16,22 +15,12 @@ from dataclasses import dataclass
 
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, LINES_IGNORED, MOVING, BoardState
-from armdrive.dialects.grbl.exchange import (
-    REPORT_TIMEOUT_S,
-    GrblExchange,
-    refusal,
-)
+from armdrive.dialects.grbl.exchange import REPORT_TIMEOUT_S, GrblExchange, refusal
 from armdrive.dialects.grbl.planner import RESEND_S, InFlightLines
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import Refused
 from armdrive.tasks import Done, Reply, RequestRejected
-from firmware_protocol.grbl import (
-    Acknowledged,
-    Line,
-    Realtime,
-    State,
-    StatusReported,
-)
+from firmware_protocol.grbl import Acknowledged, Line, Realtime, State, StatusReported
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
@@ -50,13 +39,13 @@ class GrblOutputs:
         self._exchange = exchange
         self._settings = settings = exchange.settings
         self._gripper = gripper
-        self._bits: int | None = None
+        self._bits = 0
         self._share: float | None = None
-        output = settings.servo if gripper == "servo" else ""
+        held_by = settings.servo if gripper == "servo" else ""
         if gripper == "output":
-            output = settings.outputs[settings.gripper_output]
-        self.reset_lets_go = output != ""
-        self.reported = output in REPORTED_OUTPUTS
+            held_by = settings.outputs[settings.gripper_output]
+        self.reset_lets_go = held_by != ""
+        self.reported = held_by in REPORTED_OUTPUTS
 
     def check(self, bits: int) -> None:
         """Raise `Refused` if the arm file names no output for one of the bits."""
@@ -73,7 +62,7 @@ class GrblOutputs:
 
     def set(self, bits: int) -> Script[HostEvent, Reply]:
         """Switch the outputs."""
-        refused = yield from self._switch(bits)
+        refused = yield from self._carry_out(self._switching(bits), "the outputs")
         if refused is None:
             self._bits = bits
         return refused or Done()
@@ -83,10 +72,9 @@ class GrblOutputs:
         if self._gripper == "output":
             bit = 1 << self._settings.gripper_output
             closed = share < 0.5  # the driver asks only for 0 or 1
-            before = self._bits or 0
             on = closed == self._settings.gripper_closes
-            return (yield from self.set(before | bit if on else before & ~bit))
-        refused = yield from self._turn_servo(share)
+            return (yield from self.set(self._bits | bit if on else self._bits & ~bit))
+        refused = yield from self._carry_out(self._turning(share), "the gripper's servo")
         if refused is None:
             self._share = share
         return refused or Done()
@@ -94,32 +82,25 @@ class GrblOutputs:
     def restore(self) -> Script[HostEvent, None]:
         """Restore what a reset switched off, so that a valve or a servo does not drop its load."""
         if self._share is not None:
-            yield from self._turn_servo(self._share)
+            yield from self._carry_out(self._turning(self._share), "the gripper's servo")
         if self._bits:
-            yield from self._switch(self._bits)
+            yield from self._carry_out(self._switching(self._bits), "the outputs")
 
-    def _turn_servo(self, share: float) -> Script[HostEvent, RequestRejected | None]:
+    def _turning(self, share: float) -> list[str]:
         span = self._settings.servo_open - self._settings.servo_closed
         value = self._settings.servo_closed + span * share
         word = "S" if self._settings.servo == "M3" else "Q"
-        line = f"{self._settings.servo}{word}{value:.3f}".rstrip("0").rstrip(".")
-        return (yield from self._carry_out([line], "the gripper's servo"))
+        return [f"{self._settings.servo}{word}{value:.3f}".rstrip("0").rstrip(".")]
 
-    def _switch(self, bits: int) -> Script[HostEvent, RequestRejected | None]:
-        """Switch the outputs. A single command switches both flood and mist off."""
+    def _switching(self, bits: int) -> list[str]:
+        """Return the lines that switch the outputs. M9 switches both flood and mist off."""
         words = self._settings.outputs
         on = {word for bit, word in enumerate(words) if bits >> bit & 1}
-        lines = []
-        if {"flood", "mist"} & set(words) - on:
-            lines.append("M9")
-        if "flood" in on:
-            lines.append("M8")
-        if "mist" in on:
-            lines.append("M7")
+        lines = ["M9"] if {"flood", "mist"} & set(words) - on else []
+        lines += [line for word, line in (("flood", "M8"), ("mist", "M7")) if word in on]
         # M64 and M65 switch at once; M62 and M63 would wait for the next motion
-        ports = [word for word in words if word.startswith("P")]
-        lines += [f"M64{port}" if port in on else f"M65{port}" for port in ports]
-        return (yield from self._carry_out(lines, "the outputs"))
+        ports = (word for word in words if word.startswith("P"))
+        return [*lines, *(f"M{64 if word in on else 65}{word}" for word in ports)]
 
     def _carry_out(
         self, lines: Sequence[str], what: str
@@ -159,16 +140,14 @@ class GrblStops:
     brakes_s: Callable[[], float]
     _cancel_again_s: float = -math.inf
 
-    def _watch(self, step_s: float) -> Script[HostEvent, StatusReported | None]:
-        """Query once and return the latest report received within `step_s`."""
+    def _watch(self) -> Script[HostEvent, bool]:
+        """Query once; return whether a report was received within `STOP_POLL_S`."""
         self.exchange.send_realtime(Realtime.STATUS)
-        end_s = self.io.now_s + step_s
-        found: StatusReported | None = None
+        end_s, seen = self.io.now_s + STOP_POLL_S, False
         while self.io.now_s < end_s and not self.io.stop_hard:
             message = yield from self.exchange.listen(end_s)
-            if isinstance(message, StatusReported):
-                found = message
-        return found
+            seen |= isinstance(message, StatusReported)
+        return seen
 
     def hold(self) -> Script[HostEvent, bool]:
         """Brake, wait until the board stands, and reset it; return False if steps may be lost.
@@ -180,11 +159,10 @@ class GrblStops:
         """
         end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
         idle, stood = 0, False
-        while self._may_wait(end_s):
+        while self._may_wait(end_s) and not stood:
             if self.board.state not in HELD:  # the first one may be lost; a second is harmless
                 self.send_brake()
-            seen = yield from self._watch(STOP_POLL_S)
-            if seen is None:
+            if not (yield from self._watch()):
                 continue
             idle = idle + 1 if self.board.standing else 0
             state, sub_state = self.board.state, self.board.sub_state
@@ -194,8 +172,6 @@ class GrblStops:
                 or (state is State.DOOR and sub_state == 1)
                 or idle > IDLE_REPORTS
             )
-            if stood:
-                break
         if self.exchange.mute and not self.io.stop_hard:
             return False
         return (yield from self.reset_and_restore(moving=not stood)) and stood
@@ -214,8 +190,7 @@ class GrblStops:
 
     def _may_wait(self, end_s: float) -> bool:
         """Return whether to keep waiting for the board to stop: not if mute or in an emergency."""
-        in_time = self.io.now_s < end_s
-        return in_time and not self.io.stop_hard and not self.exchange.mute
+        return self.io.now_s < end_s and not self.io.stop_hard and not self.exchange.mute
 
     def kill(self, lines: InFlightLines) -> Script[HostEvent, bool]:
         """Stop at once; return False if that interrupted a motion.
@@ -238,23 +213,31 @@ class GrblStops:
     def cancel_jog(self, lines: InFlightLines) -> Script[HostEvent, bool]:
         """End a jog and keep the position; return False if steps may be lost.
 
-        If the board still jogs after `RESEND_S`, the cancel may be lost. Then send a feed hold,
-        which ends a jog as well; a superfluous one shows as Hold. Once the board is Idle, a line
-        that it must refuse proves that it reads lines and that its receive buffer holds no motion.
+        If the board still jogs after `RESEND_S`, the cancel may be lost; `hold` goes on then. Once
+        the board is Idle, a line that it must refuse proves that it reads lines and that its
+        receive buffer holds no motion.
         """
-        yield from self._await_answer(lines)
+        # a cancel ends only what the planner holds, so the last line has to get there first
+        while lines.unanswered and not self.io.stop_hard:
+            ok_by_s = lines.sent_s + OK_TIMEOUT_S
+            message = yield from self.exchange.listen(ok_by_s)
+            if isinstance(message, Acknowledged):
+                lines.answered(self.io.now_s)
+            elif message is None and self.io.now_s >= ok_by_s:
+                break
         end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
         self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
         self.exchange.send_realtime(Realtime.JOG_CANCEL)
         while self._may_wait(end_s):
-            seen = yield from self._watch(STOP_POLL_S)
-            if seen is None:
+            if not (yield from self._watch()):
                 continue
             if self.board.state is State.JOG and self.io.now_s >= hold_s:
                 self.send_brake()
                 hold_s = math.inf  # once: if it is lost too, `hold` below repeats it
             elif self.board.standing:
-                if (yield from self._reads_and_stands()):
+                reads = yield from self.exchange.flush_line()
+                seen = reads and (yield from self.exchange.look(REPORT_TIMEOUT_S))
+                if seen and self.board.standing:
                     return True
                 break
             elif self.board.state in (*LINES_IGNORED, State.ALARM, State.RUN):
@@ -262,27 +245,3 @@ class GrblStops:
         if self.io.stop_hard:
             return (yield from self.kill(lines))
         return (yield from self.hold())
-
-    def _await_answer(self, lines: InFlightLines) -> Script[HostEvent, None]:
-        """Wait until the last line is in the planner: a cancel ends only what the planner holds."""
-        while lines.unanswered and not self.io.stop_hard:
-            end_s = lines.sent_s + OK_TIMEOUT_S
-            message = yield from self.exchange.listen(end_s)
-            if isinstance(message, Acknowledged):
-                lines.answered(self.io.now_s)
-            elif message is None and self.io.now_s >= end_s:
-                break
-
-    def _reads_and_stands(self) -> Script[HostEvent, bool]:
-        """Return whether the board reads lines, and stands after all that were sent."""
-        reads = yield from self.exchange.flush_line()
-        return reads and (yield from self.exchange.look(REPORT_TIMEOUT_S)) and self.board.standing
-
-    def free(self) -> Script[HostEvent, bool]:
-        """Reset an Idle board that reads no lines; return whether it reads them now.
-
-        A resume would also make it read lines, but it would execute those waiting in its receive
-        buffer. Resetting a board at rest keeps the position.
-        """
-        kept = yield from self.reset_and_restore(moving=False)
-        return kept and (yield from self.exchange.flush_line())

@@ -7,7 +7,7 @@ simulator, grblHAL and FluidNC as programs (docs/background/testing.md).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from firmware_protocol.grbl import Variant, keys
@@ -16,47 +16,10 @@ from firmware_protocol.grbl import Variant, keys
 # eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses
 # no slower rate on any board, because segments would last longer.
 SLOWEST_HZ = 16e6 / (8 * 65535)
-# Planner size of an ATmega328P. FluidNC's has 16, the Mega's 35 and grblHAL's 100: boards with a
-# larger planner also have more segments.
+# Planner size of an ATmega328P, the smallest of the family.
 BLOCKS_328P = 15
-
-
-@dataclass(frozen=True, slots=True)
-class Paths:
-    """The paths by which a firmware with a configuration file changes its settings.
-
-    `numbered` settings have no path, `single` ones are not of an axis, and `of_axis` are the last
-    words of the others' paths. No other setting can be changed. `homing` are the last words of an
-    axis's paths to what GRBL says in $25, $24, $27 and $26, and to how far homing seeks, in
-    travels, and approaches, in pull-offs.
-    """
-
-    numbered: tuple[int, ...]
-    single: Mapping[int, str]
-    of_axis: Mapping[int, str]
-    homing: tuple[str, ...]
-
-    def key(self, number: int, board: str) -> int | str | None:
-        """Return the number or path that changes a setting; None if only the file does.
-
-        `board` are the letters of the board's axes, in the order of its settings.
-        """
-        if number in self.numbered:
-            return number
-        if number in self.single:
-            return self.single[number]
-        group = number - number % 10
-        if group in self.of_axis:
-            return f"/axes/{board[number % 10].lower()}/{self.of_axis[group]}"
-        return None
-
-    def unlisted(self, homing: str) -> list[str]:
-        """Return the paths that the board's list of settings leaves out, if these axes home."""
-        return [*self.single.values(), *(path for each in homing for path in self.homing_of(each))]
-
-    def homing_of(self, letter: str) -> list[str]:
-        """Return the paths to what an axis homes by, in the order of `homing`."""
-        return [f"/axes/{letter.lower()}/{word}" for word in self.homing]
+# How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs.
+SEARCH_TRAVELS, LOCATE_PULL_OFFS = 1.5, 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +31,7 @@ class Behaviour:
     which stays free, and so has grblHAL's (`SEGMENT_BUFFER_SIZE`). FluidNC's has twelve
     (`stepping/segments`): measured, it continues for 0.45 s at 39 steps/s and for 0.33 s at 50.
     """
-    small_segments: int | None = None
+    small_segments: int = 9
     """As above, on a processor whose planner has no more than `BLOCKS_328P`."""
     slowest_hz: float = SLOWEST_HZ
     """Its motors turn no slower. Measured on FluidNC, whose timer counts 16 bits at 20 MHz on an
@@ -81,8 +44,8 @@ class Behaviour:
     Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
     reports_homing: bool = False
-    """Whether it answers `?` while it homes. Observed on FluidNC, except for the time that it waits
-    at a switch (`settle_ms`, 1 s at most).
+    """Whether it answers `?` while it homes. Observed on FluidNC. Its count may be zero before and
+    after homing, so only the reports in between show which motor has turned.
     """
     report_bits: int = 3
     """Everything in a report that $10 could leave out and the driver needs: position and buffers,
@@ -94,18 +57,40 @@ class Behaviour:
     """
     sleep_switch: bool = False
     """Whether it refuses `$SLP` while $62 is 0. Observed on grblHAL, at the factory."""
-    paths: Paths | None = None
-    """How its settings are changed; None if all are by their numbers."""
-
-    def segments_of(self, blocks: int | None) -> int:
-        """Return the segments that a board computes ahead, from the size of its planner."""
-        if self.small_segments is not None and blocks is not None and blocks <= BLOCKS_328P:
-            return self.small_segments
-        return self.segments
+    paths: Mapping[int, int | str] = field(default_factory=dict)
+    """What changes a setting: its number, or a path in the configuration file, where `{}` is an
+    axis. A setting that is missing here can be changed in the file only. Empty: all have numbers.
+    """
+    homing: tuple[int | str, ...] = (
+        keys.HOMING_SEEK, keys.HOMING_FEED, keys.PULL_OFF, keys.DEBOUNCE_MS,
+    )  # fmt: skip
+    """The settings by which an axis homes: its speeds of seeking and approaching, the way back, the
+    pause at a switch, and on FluidNC the distances sought and approached, in travels and pull-offs.
+    """
+    pulls_off_slowly: bool = False
+    """Whether homing backs off a switch as slowly as it approaches it. Observed on FluidNC."""
 
     def key(self, number: int, board: str) -> int | str | None:
-        """Return the number or path that changes a setting; None if none does: see `Paths.key`."""
-        return number if self.paths is None else self.paths.key(number, board)
+        """Return the number or path that changes a setting; None if only the file does.
+
+        `board` are the letters of the board's axes, in the order of its settings.
+        """
+        if not self.paths:
+            return number
+        if number < keys.STEPS_PER_UNIT:
+            return self.paths.get(number)
+        path = self.paths.get(number - number % 10)
+        return None if path is None else str(path).format(board[number % 10].lower())
+
+    def homing_of(self, letter: str) -> list[int | str]:
+        """Return the settings by which an axis homes, in the order of `homing`."""
+        return [key.format(letter.lower()) if isinstance(key, str) else key for key in self.homing]
+
+    def unlisted(self, homing: str) -> list[str]:
+        """Return the paths that the board's `$$` leaves out, if these axes home."""
+        paths = [path for number, path in self.paths.items() if number < keys.STEPS_PER_UNIT]
+        wanted = (*paths, *(path for letter in homing for path in self.homing_of(letter)))
+        return [path for path in wanted if isinstance(path, str)]
 
 
 BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
@@ -120,31 +105,30 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
         # observed on FluidNC 4.0.5; Configuration/*.cpp, SettingsDefinitions.cpp (make_proxies)
         Variant.FLUIDNC: Behaviour(
             segments=11,
+            small_segments=11,
             slowest_hz=20e6 / (8 * 65535),
             keeps_line=True,
             reports_homing=True,
-            paths=Paths(
-                numbered=(keys.REPORT, keys.INCHES),
-                single={
-                    keys.IDLE_MS: "/stepping/idle_ms",
-                    keys.JUNCTION: "/junction_deviation_mm",
-                    keys.HOMING_RUNS: "/axes/homing_runs",
-                },
-                of_axis={
-                    keys.STEPS_PER_UNIT: "steps_per_mm",
-                    keys.RATE: "max_rate_mm_per_min",
-                    keys.ACCELERATION: "acceleration_mm_per_sec2",
-                    keys.TRAVEL: "max_travel_mm",
-                },
-                homing=(
-                    "homing/seek_mm_per_min",
-                    "homing/feed_mm_per_min",
-                    "motor0/pulloff_mm",
-                    "homing/settle_ms",
-                    "homing/seek_scaler",
-                    "homing/feed_scaler",
-                ),
+            paths={
+                keys.REPORT: keys.REPORT,
+                keys.INCHES: keys.INCHES,
+                keys.IDLE_MS: "/stepping/idle_ms",
+                keys.JUNCTION: "/junction_deviation_mm",
+                keys.HOMING_RUNS: "/axes/homing_runs",
+                keys.STEPS_PER_UNIT: "/axes/{}/steps_per_mm",
+                keys.RATE: "/axes/{}/max_rate_mm_per_min",
+                keys.ACCELERATION: "/axes/{}/acceleration_mm_per_sec2",
+                keys.TRAVEL: "/axes/{}/max_travel_mm",
+            },
+            homing=(
+                "/axes/{}/homing/seek_mm_per_min",
+                "/axes/{}/homing/feed_mm_per_min",
+                "/axes/{}/motor0/pulloff_mm",
+                "/axes/{}/homing/settle_ms",
+                "/axes/{}/homing/seek_scaler",
+                "/axes/{}/homing/feed_scaler",
             ),
+            pulls_off_slowly=True,
         ),
     }
 )
@@ -153,10 +137,5 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
 def cautious(behaviour: Behaviour) -> Behaviour:
     """Return a behaviour with the dangers of all firmwares, for a board that may have any."""
     every = BEHAVIOURS.values()
-    return replace(
-        behaviour,
-        segments=max(each.segments for each in every),
-        small_segments=None,
-        holds_jogs=all(each.holds_jogs for each in every),
-        keeps_line=any(each.keeps_line for each in every),
-    )
+    most = max(each.segments for each in every)
+    return replace(behaviour, segments=most, small_segments=most, holds_jogs=False, keeps_line=True)

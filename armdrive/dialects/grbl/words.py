@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from armdrive.dialects import DeviceTools
@@ -26,23 +26,6 @@ from firmware_protocol.grbl.codes import alarm_code, error_code
 from firmware_protocol.grbl.commands import Realtime, split_realtime
 from kinematics.text import counted
 
-_WORD = re.compile(r"([A-Za-z])([-+]?[0-9.]+)")
-
-# G-code words and their meanings. Words that only repeat the usual modes have none.
-_CODES: Mapping[str, str] = MappingProxyType(
-    {
-        "G0": "rapid", "G1": "straight", "G4": "wait", "G17": "", "G20": "inches", "G21": "",
-        "G53": "in machine coordinates", "G54": "", "G90": "absolute", "G91": "relative", "G94": "",
-        "M3": "output on", "M4": "output on", "M5": "output off", "M8": "coolant on",
-        "M9": "coolant off",
-        "M62": "output on after the motion", "M63": "output off after the motion",
-        "M64": "output on", "M65": "output off",
-    }
-)  # fmt: skip
-
-# G-code letters that are not axes.
-_ARGUMENTS: Mapping[str, str] = MappingProxyType({"F": "feed", "S": "power", "P": "number"})
-
 _SYSTEM: Mapping[str, str] = MappingProxyType(
     {
         "$$": "read the settings", "$I": "ask for the version", "$G": "read the modes",
@@ -50,13 +33,12 @@ _SYSTEM: Mapping[str, str] = MappingProxyType(
         "$C": "check mode", "$SLP": "sleep, motors off", "$N": "read the start-up lines",
     }
 )  # fmt: skip
-_JOG = "$J="
 
 
 def _report(message: StatusReport) -> str:
     state = message.state.value if isinstance(message.state, State) else message.state
     sub = "" if message.sub_state is None else f":{message.sub_state}"
-    position = message.machine_position or message.work_position or ()
+    position = message.machine_position or ()
     at = f" at {' '.join(f'{each:g}' for each in position)}" if position else ""
     feed = f", feed {message.feed:g}" if message.feed else ""
     room = (
@@ -88,41 +70,9 @@ SENTENCES: Sentences = MappingProxyType(
 def lines(data: bytes) -> str:
     """Describe the bytes that a host writes: real-time characters first, then each line."""
     urgent, rest = split_realtime(data)
-    told = "; ".join((*map(plain, urgent), *_lines(rest.decode("latin-1"))))
-    return told or ("an empty line" if rest else "")
-
-
-def _lines(text: str) -> Iterator[str]:
-    for line in text.split("\n"):
-        bare = line.strip()
-        if bare:
-            yield _SYSTEM.get(bare.upper()) or _block(bare)
-
-
-def _block(line: str) -> str:
-    jog = line.upper().startswith(_JOG)
-    if line.startswith("$") and not jog:
-        return f"set {line}"
-    found = _WORD.findall(line[len(_JOG) :] if jog else line)
-    if not found:
-        return "no G-code"
-    codes = [_code(letter.upper() + number) for letter, number in found if letter.upper() in "GM"]
-    axes = [f"{_name(letter)} {number}" for letter, number in found if letter.upper() not in "GM"]
-    meanings = [each for each in codes if each]
-    return (
-        ": ".join(part for part in (" ".join(["jog"] * jog + meanings), ", ".join(axes)) if part)
-        or "set the modes"
-    )
-
-
-def _name(letter: str) -> str:
-    return _ARGUMENTS.get(letter.upper(), letter.upper())
-
-
-def _code(word: str) -> str:
-    """Return the meaning of a code; `G01` is the same as `G1`."""
-    letter, number = word[0], word[1:].lstrip("0") or "0"
-    return _CODES.get(letter + number, word)
+    texts = filter(None, (line.strip() for line in rest.decode("latin-1").split("\n")))
+    told = [*map(plain, urgent), *(_SYSTEM.get(text.upper(), text) for text in texts)]
+    return "; ".join(told) or ("an empty line" if rest else "")
 
 
 def _classify(line: bytes) -> Message:

