@@ -160,7 +160,7 @@ class GrblController(ScriptRunner[HostEvent]):
 
     def _compare(self) -> Script[HostEvent, Reply]:
         """Read the settings until they are complete, and learn the axes' actual limits."""
-        board = self.board
+        board, began_s = self.board, self.io.now_s
         reported = board.reported_settings
         unlisted = board.behaviour.unlisted(self.axes.letters if self.settings.homing else "")
         for _ in range(TRIES):
@@ -174,6 +174,8 @@ class GrblController(ScriptRunner[HostEvent]):
             )
             if isinstance(message, Acknowledged) and found.number(keys.IDLE_MS) is not None:
                 break
+        if message is None:
+            return self.io.silence(began_s)
         if not isinstance(message, Acknowledged):
             return refusal(message, "the settings could not be read")
         self.limits, self.searches_s = found.limits(), found.searches_s()
