@@ -6,26 +6,22 @@ Which file decides what:
     assignment     from joint axes to link parameters
     urdf           from and to a URDF text
     arm            a chain as an arm that can be driven: which posture is chosen, how near
-    structure      which closed form a chain has; `branches` writes it from `subproblems`, and
-                   `closed_form` checks what it finds
+    structure      which closed form a chain has; `branches` finds its postures, and
+                   `closed_form` checks them
     inverse        the numerical solution: how often it starts, and the remaining error
     descent        one descent: its damping, and when it gives up
     goals          which parts of a hand's frame matter
     jacobians      rates and singularities
     many           a million postures at once
-    generated, code_lines   straight-line Python for one chain
+    generated      straight-line Python for one chain
 
 How an inverse is found, from `ChainArm.ik(pose, seed)` on:
 
     goals        the pose becomes a goal: a frame for the hand, and the parts of it that count
-    closed_form  the code of this link table gives all postures; each joint is put on the turn,
+    closed_form  the class of this link table gives all postures; each joint is put on the turn,
                  within its limits, that is nearest to the seed; the nearest posture that forward
                  kinematics confirms is the answer
     inverse      without an answer so far, descents begin at the seed and at other postures; the
                  first end that meets the goal within the limits is the answer
     arm          else the account of the best end becomes `Unreachable`, with the nearest pose
-
-The code of a closed form is written when a link table is first asked for one: the way that its
-axes lie to each other says which class it is of, `branches` writes the formulas of that class, and
-these must find some random postures again. A table that fails this is solved by descents alone.
 """

@@ -1,371 +1,266 @@
-"""Generate code that finds every posture of an arm for a frame of its tool, by its structure.
+"""Every posture of an arm for a frame of its tool, by its structure, joint by joint.
 
-As in `generated`, the solution is written once for each link table as a Python function with
-constants folded: an offset of zero costs nothing. Each structure is solved by a sequence of
-`subproblems`, joint by joint from the first of a `Layout`: the loop over the angles of one joint
-contains the code for all later joints. Lengths in mm, angles in rad.
+An arm is a row of constant frames and turns about z: T = C0 Rz(q1) C1 Rz(q2) C2 ... Rz(qn) Cn. Two
+equations give every joint (Paden and Kahan; the subproblems of Elias and Wen, 2022, "IK-Geo"):
+`angle_between_levels`, a direction turned to another one, and `roots`, a cos q + b sin q = c, the
+form of every condition on the height of a turned point or on its distance from another point.
+
+Of the arms solved here, axes 2 and 3 are parallel. The height of a point of the hand along them
+gives joint 1, the triangle of joints 2 and 3 is level (McKerrow, chapter 4, section 16), and what
+is left of the hand's turn gives the other joints. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from math import atan2, cos, sin, sqrt
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import ZERO, CodeLines, Term, Vector3, X, Z, functions_of
-from kinematics.chains.structure import Family, Layout
-from kinematics.chains.subproblems import (
-    Turn,
-    across,
-    along,
-    angle_from,
-    angle_or_free,
-    each_linear,
-    each_root,
-    linear,
-    turn_of,
-    turned,
-    unturned,
+from kinematics.chains.structure import Axes, Family, axes_of
+from kinematics.frames.rotations import Matrix3, columns
+from kinematics.frames.transforms import (
+    IN_PLACE,
+    Transform,
+    compose,
+    homogeneous,
+    inverted,
+    position_of,
+    rotation_of,
 )
-from kinematics.frames.transforms import Transform
+from kinematics.frames.vectors import X_AXIS, Vector, add, dot, scale, subtract
 
 Posture = tuple[float, ...]
 
-# Return the postures for a frame. The second argument gives the values of free joints.
-BranchFinder = Callable[[Transform, Sequence[float]], list[Posture]]
+# Share of their usual size below which an angle's coefficients leave that angle free.
+NO_MATTER = 1e-10
 
-# Below this sine of the wrist's middle joint its outer joints are solved as a pair, at no loss of
-# digits.
-NEAR_STRAIGHT = 1e-3
-
-# Below this sine only the outer joints' sum is defined. The hand is off by at most twice this.
-STRAIGHT = 5e-11
-
-# What generated code calls.
-CALLED = {
-    "atan2": atan2,
-    "cos": cos,
-    "sin": sin,
-    "sqrt": sqrt,
-    "remainder": math.remainder,
-    "linear": linear,
-}
-
-
-def branch_finder(chain: Chain, family: Family, *, heading_free: bool = False) -> BranchFinder:
-    """Return the function that finds every posture of a chain of this class.
-
-    With `heading_free` the goal may be turned about the world's z axis through its origin: what is
-    asked of five joints, the first axis vertical and the next three parallel.
-    """
-    arm = Layout(chain, family)
-    if family is Family.THREE_PARALLEL:
-        _write_parallel(arm, heading_free=heading_free)
-    else:
-        _write_spherical(arm)
-    names = ", ".join(f"f{index}" for index in range(len(chain)))
-    body = [
-        "(g00, g01, g02, g03), (g10, g11, g12, g13), (g20, g21, g22, g23), _ = goal",
-        f"{names} = free",
-        "found = []",
-        *arm.code.live(),
-        "return found",
-    ]
-    source = "def branches(goal, free):\n" + "\n".join(f"    {line}" for line in body)
-    found: BranchFinder = functions_of(source, CALLED, "inverse kinematics")["branches"]
-    return found
-
-
-# The first three joints, which place the wrist's centre.
+# How far (squared, as a share) a goal may lie beyond an edge and still be solved at the edge.
 #
-# The wrist's centre is the point in which the wrist's axes meet. It is at p in the frame in which
-# joint 1 turns, and at w in the frame that joint 3 carries. In between it is at h = Rz(-q1) p in
-# the frame that joint 1 carries, at g = Rz(q2) k in the frame in which joint 2 turns, and at k in
-# the frame that joint 2 carries. Sources: Pieper (1968), and McKerrow, chapter 4, section 16.
+# Rounding needs far less. The caller compares every posture with the goal afterwards.
+TOUCHING = 1e-6
+
+# Axes whose directions have a smaller cosine are at a right angle.
+SQUARE = 1e-12
 
 
-# The first three turns.
-Placed = tuple[Turn, Turn, Turn]
+class BranchFinder:
+    """The constant frames of one arm, and its postures for a goal."""
+
+    def __init__(self, chain: Chain, family: Family) -> None:
+        axes = axes_of(chain)
+        ways = pairwise((IN_PLACE, *_let_meet(axes, family), axes.hand))
+        self._frames = [compose(inverted(one), other) for one, other in ways]
+        self._rows = [rotation_of(frame) for frame in self._frames]
+        self._places = [position_of(frame) for frame in self._frames]
+        self._size = axes.size_mm
+        self._count = len(chain)
+        self._family = family
+        # the directions, 1 or -1, of axes 3 and 4 against the axes before them
+        self._third, self._fourth = (math.copysign(1.0, self._rows[i][2][2]) for i in (2, 3))
+        self._height = self._places[2][2] + self._third * self._places[3][2]
+        if family is Family.THREE_PARALLEL:
+            self._height += self._third * self._fourth * self._places[4][2]
+
+    def postures(
+        self, goal: Transform, free: Sequence[float], *, heading_free: bool = False
+    ) -> Iterator[Posture]:
+        """Yield the postures for a frame; a joint that may take any value has the one in `free`.
+
+        With `heading_free` the goal may be turned about the world's z axis through its origin: what
+        is asked of five joints, the first axis vertical and the next three parallel.
+        """
+        finish = self._wrist if self._family is Family.SPHERICAL_WRIST else self._parallel
+        for first, hand, origin in self._first(goal, free, heading_free):
+            seen = [self._into(1, column) for column in hand]
+            for rest in finish(seen, self._into(1, subtract(origin, self._places[1])), free):
+                yield first, *rest
+
+    def _first(
+        self, goal: Transform, free: Sequence[float], heading_free: bool
+    ) -> Iterator[tuple[float, list[Vector], Vector]]:
+        """Yield joint 1's angles, and the axes and the origin of the last joint's frame there.
+
+        Both are seen from where joint 1 carries them, before the constant frame behind it.
+        """
+        inner = compose(inverted(self._frames[0]), goal)
+        last = compose(inner, inverted(self._frames[-1]))
+        hand, origin = list(columns(rotation_of(last))), position_of(last)
+        axis = columns(self._rows[1])[2]
+        height = self._height + dot(axis, self._places[1])
+        if heading_free:
+            tip = position_of(inner)
+            for heading in self._roots(*self._lean(hand[2]), free[0]):
+                turned = [_unturned(column, heading) for column in hand]
+                way = _combined(turned, self._places[-1])
+                for angle in self._roots(*_at_height(axis, tip, height + dot(axis, way)), free[0]):
+                    yield angle, turned, subtract(_unturned(tip, angle), way)
+            return
+        equation = _at_height(axis, origin, height)
+        if self._count == 5:
+            # near the base axis the height says little of joint 1, and a vertical hand's lean
+            # nothing: take what says more
+            equation = max(equation, self._lean(hand[2]), key=lambda one: math.hypot(*one[:2]))
+        for angle in self._roots(*equation, free[0]):
+            turned = [_unturned(column, angle) for column in hand]
+            yield angle, turned, _unturned(origin, angle)
+
+    def _lean(self, last_axis: Vector) -> tuple[float, float, float]:
+        """Return the equation of joint 1 by which the last of five axes leans to axis 2."""
+        lean = self._third * self._fourth * self._rows[4][2][2]
+        a, b, c = _at_height(columns(self._rows[1])[2], last_axis, lean)
+        return self._size * a, self._size * b, self._size * c
+
+    def _triangle(self, end: Vector, free: Sequence[float]) -> Iterator[tuple[float, float]]:
+        """Yield the angles of joints 2 and 3 that bring joint 4's origin to a point."""
+        start, arm = self._places[2], self._places[3]
+        towards = self._into(2, (start[0], start[1], 0.0))
+        square = sum(x * x for x in end[:2]) - sum(x * x for v in (start, arm) for x in v[:2])
+        a, b, c = 2.0 * _along(towards, arm), 2.0 * _across(arm, towards), square
+        for third in roots(a, b, c, free[2], self._size**2):
+            reached = add(start, _times(self._rows[2], _turned((arm[0], arm[1], 0.0), third)))
+            yield angle_between_levels(reached, end, free[1], self._size), third
+
+    def _wrist(
+        self, hand: list[Vector], end: Vector, free: Sequence[float]
+    ) -> Iterator[tuple[float, ...]]:
+        """Yield joints 2 to 6 of an arm whose last three axes meet: `end` is where they do.
+
+        Axis 6's lean to axis 4 gives joint 5, the directions of axis 6 and of x the other two.
+        """
+        row, last = self._rows[4][2], columns(self._rows[5])[2]
+        square = max(abs(row[2]), abs(last[2])) <= SQUARE
+        for second, third in self._triangle(end, free):
+            x, _, z = (
+                self._into(3, _unturned(self._into(2, _unturned(one, second)), third))
+                for one in hand
+            )
+            gap = _along(z, z) if square else None  # 1 - z² would lose digits
+            a, b, c = _along(row, last), _across(last, row), z[2] - row[2] * last[2]
+            for fifth in roots(a, b, c, free[4], 1.0, gap):
+                leaning = _times(self._rows[4], _turned(last, fifth))
+                fourth = angle_between_levels(leaning, z, free[3], 1.0)
+                left = self._into(5, _unturned(self._into(4, _unturned(x, fourth)), fifth))
+                yield second, third, fourth, fifth, math.atan2(left[1], left[0])
+
+    def _parallel(
+        self, hand: list[Vector], end: Vector, free: Sequence[float]
+    ) -> Iterator[tuple[float, ...]]:
+        """Yield joints 2 to 5 or 6 of an arm whose axes 2 to 4 are parallel (Elias and Wen, 5.4).
+
+        What is seen along these axes gives the joints beyond them; then joints 2 to 4 have a sum,
+        and the triangle of joints 2 and 3 ends where joint 4 must be.
+        """
+        both = self._third * self._fourth
+        start = self._through_three(X_AXIS)
+        for last, pointing in self._beyond(hand, both, free):
+            total = angle_between_levels(start, _combined(hand, pointing), 0.0, 0.0)
+            hinge = subtract(end, _turned(self._through_three(self._places[4]), total))
+            for second, third in self._triangle(hinge, free):
+                left = both * (total - second - self._third * third)
+                yield second, third, math.remainder(left, math.tau), *last
+
+    def _beyond(
+        self, hand: list[Vector], both: float, free: Sequence[float]
+    ) -> Iterator[tuple[tuple[float, ...], Vector]]:
+        """Yield the joints beyond the fourth, and where the last frame sees x of joint 4's link."""
+        x, y, z = hand
+        row = scale(both, self._rows[4][2])
+        if self._count == 5:
+            fifth = angle_between_levels((x[2], y[2]), row, free[4], 0.0)
+            yield (fifth,), _unturned(self._into(4, X_AXIS), fifth)
+            return
+        last = columns(self._rows[5])[2]
+        a, b, c = _along(row, last), _across(last, row), z[2] - row[2] * last[2]
+        for fifth in roots(a, b, c, free[4], 1.0):
+            turned = self._into(5, _unturned(row, fifth))
+            sixth = angle_between_levels((x[2], y[2]), turned, free[5], 1.0)
+            pointing = self._into(5, _unturned(self._into(4, X_AXIS), fifth))
+            yield (fifth, sixth), _unturned(pointing, sixth)
+
+    def _roots(self, a: float, b: float, c: float, free: float) -> list[float]:
+        return roots(a, b, c, free, self._size)
+
+    def _through_three(self, v: Vector) -> Vector:
+        """Return a direction of joint 4's frame in joint 2's, where the three joints' sum is 0."""
+        return _times(self._rows[2], _times(self._rows[3], v))
+
+    def _into(self, index: int, v: Vector) -> Vector:
+        """Return a direction of joint `index`'s link as the next joint's frame sees it."""
+        (a, b, c), (d, e, f), (g, h, i) = self._rows[index]
+        x, y, z = v
+        return a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
 
 
-def _carried(arm: Layout, index: int, turn: Turn, v: Vector3) -> Vector3:
-    """Return a point carried by joint `index` + 1, in the frame that joint `index` carries."""
-    code = arm.code
-    return code.plus(arm.place(index), code.times(arm.rows(index), turned(code, turn, v)))
+def roots(
+    a: float, b: float, c: float, free: float, size: float, gap: float | None = None
+) -> list[float]:
+    """Return the angles with a cos q + b sin q = c: two, one at the edge of reach, or none.
 
-
-def _height_of(code: CodeLines, row: Vector3, v: Vector3) -> tuple[Term, Term, Term]:
-    """Return the factors of cos q, sin q and nothing of row . Rz(q) v."""
-    return along(code, row, v), across(code, v, row), code.total((row[2], v[2]))
-
-
-def _each_at_height(
-    arm: Layout, joint: int, row: Vector3, v: Vector3, height: Term, size: float
-) -> Turn:
-    """Begin a loop over the turns of a joint that bring row . Rz(q) v to a height (SP4).
-
-    `joint` is its index, and `size` the usual size of a height.
+    `size` is the usual size of a and b; if both are next to nothing, any angle is a solution, and
+    `free` is returned. `gap` is a² + b² - c², where the caller knows it with more digits.
     """
-    a, b, c = _height_of(arm.code, row, v)
-    return each_linear(arm.code, a, b, arm.code.total((height,), (-c,)), arm.free[joint], size)
+    square = a * a + b * b
+    if square <= (NO_MATTER * size) ** 2:
+        return [free] if abs(c) <= 10.0 * NO_MATTER * size else []
+    gap = square - c * c if gap is None else gap
+    if gap < -TOUCHING * square:
+        return []
+    root, c = (math.sqrt(gap), c) if gap > 0.0 else (0.0, math.copysign(math.sqrt(square), c))
+    signs = (root, -root) if root else (0.0,)
+    return [math.atan2(b * c + a * one, a * c - b * one) for one in signs]
 
 
-def _each_at_distance(arm: Layout, joint: int, u: Vector3, v: Vector3, square: Term) -> Turn:
-    """Begin a loop over a joint's turns that give u + Rz(q) v this squared length (SP3)."""
-    code, two = arm.code, Term(2.0)
-    a, b, c = _height_of(code, u, v)
-    wanted = code.total((square,), (-code.dot(u, u),), (-code.dot(v, v),), (-two, c))
-    return each_linear(
-        code, code.total((two, a)), code.total((two, b)), wanted, arm.free[joint], arm.size**2
-    )
+def angle_between_levels(u: Sequence[float], v: Sequence[float], free: float, size: float) -> float:
+    """Return the angle about z that turns u to v; the free one where v is on the axis."""
+    if _along(v, v) <= (NO_MATTER * size) ** 2:
+        return free
+    return math.atan2(_across(u, v), _along(u, v))
 
 
-def _level(v: Vector3) -> Vector3:
-    return v[0], v[1], ZERO
+def _at_height(axis: Vector, point: Vector, height: float) -> tuple[float, float, float]:
+    """Return the equation of the angle q that has axis . Rz(-q) point at a height."""
+    return _along(axis, point), _across(axis, point), height - axis[2] * point[2]
 
 
-def _second_and_third_parallel(arm: Layout) -> Placed:
-    """The point's height along axis 2 gives joint 1, then the triangle of joints 2 and 3 is level.
-
-    McKerrow, chapter 4, section 16, for any offsets.
-    """
-    code = arm.code
-    height = code.total((arm.tilt(2), arm.place(3)[2]), (arm.place(2)[2],))
-    first, seen = _first_by_height(arm, arm.origin, height)
-    second, third = _triangle(arm, arm.into(1, code.minus(seen, arm.place(1))))
-    return first, turn_of(code, second), third
+def _along(u: Sequence[float], v: Sequence[float]) -> float:
+    return u[0] * v[0] + u[1] * v[1]
 
 
-def _first_by_height(arm: Layout, point: Vector3, height: Term) -> tuple[Turn, Vector3]:
-    """Begin a loop over the turns of joint 1 that bring a point to a height along axis 2 (SP4).
-
-    Return the turn, and the point as the frame sees it that joint 1 turns.
-    """
-    code = arm.code
-    axis = code.times(arm.rows(1), Z)
-    a, minus_b, c = _height_of(code, axis, point)
-    level = code.total((height,), (-c,), *zip(axis, arm.place(1), strict=True))
-    turn, root = each_root(code, a, -minus_b, level, arm.free[0], arm.size)
-    # the root is the point's distance from the plane of axes 1 and 2
-    (x, y, _), share = axis, code.reciprocal(along(code, axis, axis))
-    seen_x = code.total((share, x, level), (share, y, root))
-    seen_y = code.total((share, y, level), (-share, x, root))
-    return turn, (seen_x, seen_y, point[2])
+def _across(u: Sequence[float], v: Sequence[float]) -> float:
+    return u[0] * v[1] - u[1] * v[0]
 
 
-def _triangle(arm: Layout, g: Vector3) -> tuple[Term, Turn]:
-    """Begin a loop over joint 3's turns (SP3); return joint 2's angle and joint 3's turn.
-
-    Axes 2 and 3 are parallel, and g is where the point is seen by joint 2's frame.
-    """
-    code, w, square = arm.code, _level(arm.place(3)), along(arm.code, g, g)
-    third = _each_at_distance(arm, 2, _level(arm.into(2, arm.place(2))), w, square)
-    k = _carried(arm, 2, third, w)
-    return angle_or_free(code, k, g, square, arm.free[1], arm.size), third
+def _turned(v: Vector, angle: float) -> Vector:
+    """Return a vector turned about z."""
+    c, s = math.cos(angle), math.sin(angle)
+    return c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]
 
 
-# The joints beyond the third, whose axes meet: they turn the hand.
+def _unturned(v: Vector, angle: float) -> Vector:
+    return _turned(v, -angle)
 
 
-def _write_spherical(arm: Layout) -> None:
-    """Write the postures of an arm whose last three axes meet."""
-    placed = _second_and_third_parallel(arm)
-    if _square(arm):
-        _write_square_wrist(arm, placed)
-    else:
-        _write_wrist(arm, placed)
+def _times(rows: Matrix3, v: Vector) -> Vector:
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    x, y, z = v
+    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
-def _seen(arm: Layout, placed: Placed, v: Vector3) -> Vector3:
-    """Return a direction as joint 4's frame sees it."""
-    for index, turn in enumerate(placed, 1):
-        v = arm.into(index, unturned(arm.code, turn, v))
-    return v
+def _combined(axes: Sequence[Vector], v: Vector) -> Vector:
+    """Return a vector given in axes."""
+    x, y, z = axes
+    return add(add(scale(v[0], x), scale(v[1], y)), scale(v[2], z))
 
 
-def _angles(placed: Placed) -> list[Term]:
-    return [turn.angle for turn in placed]
-
-
-def _square(arm: Layout) -> bool:
-    """Whether the wrist's axes are at right angles, and joint 5's zero is where it is straight."""
-    across_4, across_5 = arm.rows(4)[2], arm.code.times(arm.rows(5), Z)
-    straight = arm.code.dot(across_4, across_5)
-    return abs(straight.factor) == 1.0 and not straight.variable and across_4[2] == ZERO
-
-
-def _write_square_wrist(arm: Layout, placed: Placed) -> None:
-    """A wrist at right angles has two postures: joint 5 bent either way, the others half a turn."""
-    code = arm.code
-    x, y, z = (_seen(arm, placed, column) for column in (arm.x, arm.y, arm.z))
-    rows_4, rows_5 = arm.rows(4), arm.rows(5)
-    u, row = code.times(rows_5, Z), rows_4[2]
-    side = code.dot(row, u)
-    bent = code.call("sqrt", along(code, z, z))
-    fifth = code.call("atan2", code.total((side, bent)), code.total((side, z[2])))
-    # Rz(q4)'s argument and the row that Rz(q6) turns, both for joint 5 bent by a quarter turn
-    quarter: Vector3 = (-u[1], u[0], ZERO)
-    level = tuple(code.total((side, code.dot(one, quarter))) for one in rows_4[:2])
-    aside: Vector3 = (row[1], -row[0], ZERO)
-    turning = tuple(
-        code.total((side, code.dot(aside, (rows_5[0][i], rows_5[1][i], ZERO)))) for i in range(2)
-    )
-    fourth, sixth = angle_from(code, level, z), code.variable()
-    code.open("if {} > {}:", bent, Term(NEAR_STRAIGHT))
-    last = (x[2], y[2])
-    code.set(sixth, "atan2({}, {})", across(code, last, turning), along(code, last, turning))
-    code.close()
-    code.open("else:")
-    code.set(fourth, "{} if {} > {} else {}", fourth, bent, Term(STRAIGHT), arm.free[3])
-    v = arm.into(4, unturned(code, turn_of(code, fourth), x))
-    v = arm.into(5, unturned(code, turn_of(code, fifth), v))
-    code.set(sixth, "atan2({}, {})", across(code, X, v), along(code, X, v))
-    code.close()
-    plain_posture = (*_angles(placed), fourth, fifth, sixth)
-    flipped = []
-    for angle in (fourth, sixth):
-        other = code.variable()
-        half = Term(math.pi)
-        code.set(other, "{}-{} if {} > 0.0 else {}+{}", angle, half, angle, angle, half)
-        flipped.append(other)
-    arm.found(plain_posture, (*_angles(placed), flipped[0], -fifth, flipped[1]))
-
-
-def _write_wrist(arm: Layout, placed: Placed) -> None:
-    """A wrist of any angles: axis 6's lean to axis 4 gives joint 5 (SP4), then SP1 twice."""
-    code = arm.code
-    x, z = (_seen(arm, placed, column) for column in (arm.x, arm.z))
-    u = code.times(arm.rows(5), Z)
-    fifth = _each_at_height(arm, 4, arm.rows(4)[2], u, z[2], 1.0)
-    axis = code.times(arm.rows(4), turned(code, fifth, u))
-    fourth = angle_or_free(code, axis, z, along(code, z, z), arm.free[3], 1.0)
-    v = arm.into(4, unturned(code, turn_of(code, fourth), x))
-    v = arm.into(5, unturned(code, fifth, v))
-    arm.found((*_angles(placed), fourth, fifth.angle, angle_from(code, X, v)))
-
-
-# Axes 2, 3 and 4 parallel: what is seen along them gives the joints before and beyond them, and the
-# triangle of joints 2 and 3 is level (Elias and Wen, 2022, section 5.4).
-
-
-class _Outer(NamedTuple):
-    """The joints that are not about the three parallel axes, and what is left for those.
-
-    `level` is where the three together turn `X` to, in joint 2's frame; that frame sees the last
-    joint's origin at `g`, and the frame that joint 4 carries has it at `beyond`.
-    """
-
-    first: Term
-    last: tuple[Term, ...]
-    level: Vector3
-    g: Vector3
-    beyond: Vector3
-
-
-def _write_parallel(arm: Layout, *, heading_free: bool) -> None:
-    """Write the postures of an arm whose axes 2, 3 and 4 are parallel."""
-    code = arm.code
-    outer = _outer_of_six(arm) if len(arm) == 6 else _outer_of_five(arm, heading_free=heading_free)
-    start = _through_three(arm, X)
-    cosine, sine = along(code, start, outer.level), across(code, start, outer.level)
-    three = Turn(code.call("atan2", sine, cosine), cosine, sine)
-    hinge = code.minus(outer.g, turned(code, three, _through_three(arm, outer.beyond)))
-    second, third = _triangle(arm, hinge)
-    tilt = code.total((arm.tilt(2), arm.tilt(3)))
-    left = code.total((tilt, three.angle), (-tilt, second), (-arm.tilt(3), third.angle))
-    fourth = code.call("remainder", left, Term(math.tau))
-    arm.found((outer.first, second, third.angle, fourth, *outer.last))
-
-
-def _through_three(arm: Layout, v: Vector3) -> Vector3:
-    """Return a direction of joint 4's frame in joint 2's, where the three joints' sum is zero."""
-    return arm.code.times(arm.rows(2), arm.code.times(arm.rows(3), v))
-
-
-def _height_beyond(arm: Layout) -> Term:
-    """Return the height along axis 2, as joint 1 carries it, of joint 4's end of the arm."""
-    code, both = arm.code, arm.code.total((arm.tilt(2), arm.tilt(3)))
-    return code.total((arm.place(2)[2],), (arm.tilt(2), arm.place(3)[2]), (both, arm.place(4)[2]))
-
-
-def _outer_of_six(arm: Layout) -> _Outer:
-    """Axis 6's lean to axis 2 and the height of its origin are conditions on joints 1 and 5."""
-    code, total = arm.code, arm.code.total
-    both = total((arm.tilt(2), arm.tilt(3)))
-    u, v = code.times(arm.rows(5), Z), arm.place(5)
-    row = arm.rows(4)[2]
-    lean = [total((both, one)) for one in _height_of(code, row, u)]
-    rise = total((both, _height_of(code, row, v)[2]), (_height_beyond(arm),))
-    first, _ = _first_by_height(arm, arm.origin, rise)
-    x, y, z = (arm.into(1, unturned(code, first, column)) for column in (arm.x, arm.y, arm.z))
-    fifth = each_linear(code, lean[0], lean[1], total((z[2],), (-lean[2],)), arm.free[4], 1.0)
-    g = arm.into(1, code.minus(unturned(code, first, arm.origin), arm.place(1)))
-    row = arm.into(5, unturned(code, fifth, row))
-    turning = [total((both, one)) for one in row[:2]]
-    square = along(code, turning, turning)
-    sixth = angle_or_free(code, (x[2], y[2]), turning, square, arm.free[5], 1.0)
-    w = unturned(code, fifth, arm.into(4, X))
-    w = unturned(code, turn_of(code, sixth), arm.into(5, w))
-    level = _combined(code, (x, y, z), w)
-    beyond = _carried(arm, 4, fifth, v)
-    return _Outer(first.angle, (fifth.angle, sixth), level, g, beyond)
-
-
-def _first_by_lean(arm: Layout, lean: Term) -> Turn:
-    """Begin a loop over the turns of joint 1 that lean the last axis to axis 2 as it must (SP4)."""
-    code = arm.code
-    a, minus_b, c = _height_of(code, code.times(arm.rows(1), Z), arm.z)
-    return each_linear(code, a, -minus_b, code.total((lean,), (-c,)), arm.free[0], 1.0)
-
-
-def _outer_of_five(arm: Layout, *, heading_free: bool) -> _Outer:
-    """Height and lean of axis 5 each give joint 1: the one that says more is taken."""
-    code, total = arm.code, arm.code.total
-    both = total((arm.tilt(2), arm.tilt(3)))
-    row = arm.rows(4)[2]
-    lean, height = total((both, row[2])), _height_beyond(arm)
-    if heading_free:
-        heading = _first_by_lean(arm, lean)
-        hand = [unturned(code, heading, column) for column in (arm.x, arm.y, arm.z)]
-        way = _combined(code, hand, arm.last_origin)
-        ahead = code.dot(code.times(arm.rows(1), Z), way)
-        first, tip = _first_by_height(arm, arm.tip, total((height,), (ahead,)))
-        origin = code.minus(tip, way)
-    else:
-        first = _first_by_either(arm, lean, height)
-        hand = [unturned(code, first, column) for column in (arm.x, arm.y, arm.z)]
-        origin = unturned(code, first, arm.origin)
-    x, y, z = (arm.into(1, column) for column in hand)
-    g = arm.into(1, code.minus(origin, arm.place(1)))
-    turning = [total((both, one)) for one in row[:2]]
-    fifth = angle_from(code, (x[2], y[2]), turning)
-    w = unturned(code, turn_of(code, fifth), arm.into(4, X))
-    return _Outer(first.angle, (fifth,), _combined(code, (x, y, z), w), g, arm.place(4))
-
-
-def _first_by_either(arm: Layout, lean: Term, height: Term) -> Turn:
-    """Begin a loop over joint 1's turns by the height of axis 5's origin, or by that axis's lean.
-
-    Near the base axis the height says little of joint 1, and a vertical hand's lean nothing.
-    """
-    code = arm.code
-    axis = code.times(arm.rows(1), Z)
-    size = Term(arm.size)
-    a, minus_b, c = _height_of(code, axis, arm.origin)
-    by_height = a, -minus_b, code.total((height,), (code.dot(axis, arm.place(1)),), (-c,))
-    a, minus_b, c = _height_of(code, axis, arm.z)
-    right = code.total((size, lean), (-size, c))
-    by_lean = code.total((size, a)), code.total((-size, minus_b)), right
-    says = [code.total((one[0], one[0]), (one[1], one[1])) for one in (by_height, by_lean)]
-    names = [code.variable() for _ in range(3)]
-    for name, one, other in zip(names, by_height, by_lean, strict=True):
-        code.set(name, "{} if {} >= {} else {}", one, *says, other)
-    return each_linear(code, names[0], names[1], names[2], arm.free[0], arm.size)
-
-
-def _combined(code: CodeLines, columns: Sequence[Vector3], v: Vector3) -> Vector3:
-    """Return a vector given in axes, which are these columns."""
-    x, y, z = (code.dot(row, v) for row in zip(*columns, strict=True))
-    return x, y, z
+def _let_meet(axes: Axes, family: Family) -> list[Transform]:
+    """Return the frames, those at the hand moved along their axes to where these meet."""
+    frames, last = list(axes.frames), len(axes.frames) - 1
+    pairs = [(last - 1, last)]
+    if family is Family.SPHERICAL_WRIST:
+        pairs.append((last - 2, last - 1))
+    for pair in pairs:
+        point = axes.meeting(*pair)
+        for index in pair if point is not None else ():
+            frames[index] = homogeneous(rotation_of(frames[index]), point or (0.0, 0.0, 0.0))
+    return frames

@@ -8,18 +8,17 @@ meets the goal. Lengths in mm, angles in rad.
 from __future__ import annotations
 
 import math
-import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
-from kinematics.chains.branches import BranchFinder, Posture, branch_finder
+from kinematics.chains.branches import BranchFinder, Posture
 from kinematics.chains.chain import Chain
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
-from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, frame_goal, turned_to
-from kinematics.chains.structure import Family, family_of, why_no_family
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, turned_to
+from kinematics.chains.structure import Family, family_of
 from kinematics.frames.transforms import Transform
 from kinematics.limits import SAME_POSTURE_RAD, all_fitted
 
@@ -32,30 +31,24 @@ NEAR_RAD = 1e-7
 # How far off a posture may be, in mm and rad, to be improved numerically.
 ROUGH = (0.1, 1e-3)
 
-# Before a chain's code is used, it must find this many random postures again.
-PROOFS = 6
-
-# The value of a joint that the code leaves free, while the code is tested.
-ELSEWHERE_RAD = 0.123
-
 
 @dataclass(frozen=True, slots=True)
 class ClosedForm:
-    """The closed form of one chain: the code generated for its link table, and its limits.
+    """The closed form of one chain, and its limits.
 
-    `headings` finds postures for goals of any heading. In a singular posture some joints may take
-    any value; they take it from the argument `near`.
+    `frees_heading` says whether it also finds postures for goals of any heading. In a singular
+    posture some joints may take any value; they take it from the argument `near`.
     """
 
     chain: Chain
     family: Family
+    finder: BranchFinder
     fk: Callable[[Sequence[float]], Transform]
-    frames: BranchFinder
-    headings: BranchFinder | None
+    frees_heading: bool
 
     def solves(self, goal: Goal) -> bool:
         """Return whether the closed form solves this kind of goal: whole, or without heading."""
-        return goal.parts == ALL_PARTS or (goal.parts == HEADING_FREE and self.headings is not None)
+        return goal.parts == ALL_PARTS or (goal.parts == HEADING_FREE and self.frees_heading)
 
     def branches(self, goal: Goal, near: Sequence[float]) -> list[Posture]:
         """Return all postures that meet a goal, each joint on the allowed turn nearest to `near`.
@@ -63,15 +56,18 @@ class ClosedForm:
         Joints may be beyond their limits. A goal that is met by infinitely many postures, in a
         singular one, has those with the free joints as in `near`.
         """
-        raw = self._find(goal)(goal.frame, near)
-        checked = [self.checked(goal, angles) for angles in raw]
-        return [self.chain.turned(angles, near) for angles in checked if angles is not None]
+        found: list[Posture] = []
+        for angles in self._postures(goal, near):
+            sound = self.checked(goal, angles)
+            if sound is not None and not any(_same(sound, one) for one in found):
+                found.append(self.chain.turned(sound, near))
+        return found
 
     def nearest(self, goal: Goal, near: Sequence[float]) -> Posture | None:
         """Return the posture within the limits that is nearest to another one, None without any."""
         limits = self.chain.limits
         ranked = []
-        for angles in self._find(goal)(goal.frame, near):
+        for angles in self._postures(goal, near):
             kept = all_fitted(angles, limits, near)
             if kept is not None:
                 ranked.append((math.dist(kept, near), kept, angles))
@@ -97,17 +93,16 @@ class ClosedForm:
             return None
         return Descent(self.chain, goal, limited=False).met(angles, QUICK)
 
-    def _find(self, goal: Goal) -> BranchFinder:
-        if goal.parts == ALL_PARTS or self.headings is None:
-            return self.frames
-        return self.headings
+    def _postures(self, goal: Goal, near: Sequence[float]) -> Iterator[Posture]:
+        heading_free = goal.parts != ALL_PARTS
+        return self.finder.postures(goal.frame, near, heading_free=heading_free)
 
 
 @lru_cache(maxsize=64)
 def closed_form(chain: Chain) -> ClosedForm | None:
     """Return the closed form of a chain, None for one that has none.
 
-    Keep the result: looking it up costs as much as using it.
+    Keep the result: looking it up takes as long as using it.
     """
     if not chain.is_plain:
         return None
@@ -124,47 +119,24 @@ class HowSolved(NamedTuple):
 
 def how_solved(chain: Chain) -> HowSolved:
     """Describe the structure of a chain, or why it has none, and how its postures are found."""
-    form = closed_form(chain)
-    if form is None:
-        return HowSolved(
-            f"none: {why_no_family(chain)}", "numerically, from many starts: one posture"
-        )
+    family = family_of(chain)
+    if isinstance(family, str):
+        return HowSolved(f"none: {family}", "numerically, from many starts: one posture")
     solved = "in closed form: all postures, each compared with the goal"
-    return HowSolved(form.family.value, solved)
+    return HowSolved(family.value, solved)
 
 
 @lru_cache(maxsize=64)
 def _without_limits(chain: Chain) -> ClosedForm | None:
-    """Return the closed form of a chain without limits, tested on random postures.
-
-    Limits change nothing about the code: all chains of one link table share it.
-    """
+    """Return the closed form of a chain without limits; all chains of one link table share it."""
     family = family_of(chain)
-    if family is None:
+    if isinstance(family, str):
         return None
-    fk = generated(chain).fk
-    draw = random.Random(1)  # noqa: S311 - any postures will do
-    samples = [tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(PROOFS)]
-    form = ClosedForm(chain, family, fk, branch_finder(chain, family), _headings(chain, family))
-    return form if all(_found_again(form, one) for one in samples) else None
-
-
-def _headings(chain: Chain, family: Family) -> BranchFinder | None:
-    """Return the function for goals of any heading, of five joints on a vertical axis."""
-    if len(chain) != 5 or math.hypot(*_first_axis(chain)[:2]) > NEAR_RAD:
-        return None
-    return branch_finder(chain, family, heading_free=True)
-
-
-def _first_axis(chain: Chain) -> Sequence[float]:
-    return chain.axes(chain.zero)[0][1]
-
-
-def _found_again(form: ClosedForm, values: Posture) -> bool:
-    """Whether a posture is found for its frame, with other values for joints that may be free."""
-    goal, near = frame_goal(form.fk(values)), [ELSEWHERE_RAD] * len(values)
-    checked = (form.checked(goal, angles) for angles in form.frames(goal.frame, near))
-    return any(one is not None and _same(one, values) for one in checked)
+    first_axis = chain.axes(chain.zero)[0][1]
+    frees_heading = len(chain) == 5 and math.hypot(*first_axis[:2]) <= NEAR_RAD
+    return ClosedForm(
+        chain, family, BranchFinder(chain, family), generated(chain).fk, frees_heading
+    )
 
 
 def _same(one: Posture, other: Posture) -> bool:

@@ -14,8 +14,7 @@ from functools import lru_cache
 from operator import mul
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import functions_of
-from kinematics.chains.generated import generated
+from kinematics.chains.generated import functions_of, generated
 from kinematics.chains.goals import (
     ALL_PARTS,
     HEADING_FREE,

@@ -12,17 +12,127 @@ Values are floats in rad and mm and are not checked; `Chain.fk` checks its argum
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any, NamedTuple
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import ONE, ZERO, CodeLines, Term, Vector3, functions_of, text
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import cos_sin
 from kinematics.frames.transforms import IN_PLACE, Transform
 from kinematics.spaces import Jacobian
+
+# Source under construction: sums of products, constants folded, nothing computed twice. What cannot
+# stay a constant times a variable becomes an assignment, so that a zero in a link table costs
+# nothing at run time. Only names made here and representations of floats enter the source.
+
+
+class Term(NamedTuple):
+    """A factor times a variable; a variable of no name is the number 1."""
+
+    factor: float
+    variable: str = ""
+
+    def __neg__(self) -> Term:
+        return Term(-self.factor, self.variable)
+
+    def __str__(self) -> str:
+        if self.variable and self.factor != 0.0:
+            return _signed(self.factor, (self.variable,), first=True)
+        return repr(self.factor + 0.0)
+
+
+ZERO = Term(0.0)
+ONE = Term(1.0)
+
+Vector3 = tuple[Term, Term, Term]
+Monomial = tuple[str, ...]
+
+
+class Line(NamedTuple):
+    """An assignment: the name that it gives a value, the expression, the variables it reads."""
+
+    name: str
+    source: str
+    needs: Monomial
+
+
+class CodeLines:
+    """Assignments in order, each made once; `live` leaves out what nothing needs."""
+
+    def __init__(self) -> None:
+        self._lines: dict[str, Line] = {}
+
+    def total(self, *products: tuple[Term, ...]) -> Term:
+        """Return the sum of products of terms, as a term where it is one."""
+        monomials = _collect(products)
+        if not monomials:
+            return ZERO
+        if len(monomials) == 1:
+            [(variables, factor)] = monomials.items()
+            if len(variables) < 2:
+                return Term(factor, *variables)
+            return Term(factor, self._assign("*".join(variables), variables))
+        if all(factor < 0.0 for factor in monomials.values()):
+            return -self.total(*((Term(-1.0), *product) for product in products))
+        # a positive term first saves the sign in front
+        ordered = sorted(monomials.items(), key=lambda item: item[1] < 0.0)
+        source = "".join(
+            _signed(factor, variables, first=index == 0)
+            for index, (variables, factor) in enumerate(ordered)
+        )
+        return Term(1.0, self._assign(source, [name for names in monomials for name in names]))
+
+    def call(self, function: str, argument: Term) -> Term:
+        """Return a function's value at a term."""
+        return Term(1.0, self._assign(f"{function}({argument})", (argument.variable,)))
+
+    def live(self, results: Iterable[Term]) -> list[str]:
+        """Return the lines that these results need, in order."""
+        wanted = {term.variable for term in results}
+        kept = []
+        for line in reversed(self._lines.values()):
+            if line.name in wanted:
+                wanted.update(line.needs)
+                kept.append(f"{line.name} = {line.source}")
+        return kept[::-1]
+
+    def _assign(self, source: str, needs: Iterable[str]) -> str:
+        """Return the name that holds an expression's value."""
+        line = Line(f"v{len(self._lines)}", source, tuple(needs))
+        return self._lines.setdefault(source, line).name
+
+
+def functions_of(source: str, called: Mapping[str, object], what: str) -> dict[str, Any]:
+    """Return the functions that our own source defines; `what` names it in tracebacks.
+
+    `called` are the names that the source uses.
+    """
+    made = dict(called)
+    exec(compile(source, f"<generated {what}>", "exec"), made)  # noqa: S102 - our own source
+    return made
+
+
+def _collect(products: Iterable[tuple[Term, ...]]) -> dict[Monomial, float]:
+    """Return the factor of every monomial, those that cancel left out."""
+    found: dict[Monomial, float] = {}
+    for product in products:
+        factor = math.prod(term.factor for term in product)
+        variables = tuple(sorted(term.variable for term in product if term.variable))
+        found[variables] = found.get(variables, 0.0) + factor
+    return {variables: factor for variables, factor in found.items() if factor != 0.0}
+
+
+def _signed(factor: float, variables: Monomial, *, first: bool) -> str:
+    sign = "-" if factor < 0.0 else ("" if first else "+")
+    size = abs(factor)
+    factors = [repr(size), *variables] if size != 1.0 or not variables else list(variables)
+    return sign + "*".join(factors)
+
+
+# The walk along the chain.
 
 _ROWS = range(3)
 _NOTHING: Vector3 = (ZERO, ZERO, ZERO)
@@ -241,7 +351,7 @@ def _function(name: str, chain: Chain, lines: CodeLines, results: list[list[list
     """Return the source of a function of the joints' values."""
     values = [f"q{index}" for index in range(len(chain.links))]
     needed = lines.live(term for rows in results for row in rows for term in row)
-    matrices = [_tuple([_tuple([text(term) for term in row]) for row in rows]) for rows in results]
+    matrices = [_tuple([_tuple([str(term) for term in row]) for row in rows]) for rows in results]
     returned = matrices[0] if len(matrices) == 1 else _tuple(matrices)
     body = [f"{_tuple(values)} = q", *needed, f"return {returned}"]
     return f"def {name}(q):\n" + "\n".join(f"    {line}" for line in body)

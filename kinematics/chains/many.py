@@ -15,8 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import functions_of
-from kinematics.chains.generated import place_source
+from kinematics.chains.generated import functions_of, place_source
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
 from kinematics.limits import Span, Spread, spread_over

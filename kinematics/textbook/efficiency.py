@@ -21,8 +21,7 @@ from functools import reduce
 from typing import Any
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.code_lines import functions_of
-from kinematics.chains.generated import generated
+from kinematics.chains.generated import functions_of, generated
 from kinematics.chains.links import Convention, JointKind, a_matrix
 from kinematics.frames import numbers
 from kinematics.frames.transforms import Transform, compose

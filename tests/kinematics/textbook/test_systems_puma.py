@@ -27,7 +27,7 @@ ARMS = (
 
 def inverse(frame, arm, near=(0.0,) * 6):
     """Every posture that the closed form finds, before it is checked."""
-    return closed_form(arm.chain()).frames(frame, near)
+    return list(closed_form(arm.chain()).finder.postures(frame, near))
 
 
 def solved(arm, frame, seed=None):
