@@ -57,17 +57,6 @@ class Box:
         depth = self._depth_mm(a, b)
         return self._apart_mm(a, b) if depth <= 0.0 else -depth
 
-    def ways_out_mm(self, a: Point, b: Point, radius_mm: float) -> tuple[Point, ...]:
-        """Return the translations that move a capsule out through each side but the lower one."""
-        ways = []
-        for axis in _AXES:
-            back = self.min_mm[axis] - radius_mm - max(a[axis], b[axis])
-            forth = self.max_mm[axis] + radius_mm - min(a[axis], b[axis])
-            for by in (forth,) if axis == 2 else (back, forth):
-                x, y, z = (by if one == axis else 0.0 for one in _AXES)
-                ways.append((x, y, z))
-        return tuple(ways)
-
     def _depth_mm(self, a: Point, b: Point) -> float:
         """Return by how much box and segment overlap in the direction of least overlap.
 
