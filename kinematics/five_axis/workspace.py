@@ -3,7 +3,7 @@
 Lengths in mm, angles in rad. The section is the vertical plane through the base axis at one
 azimuth, with the hand held at one pitch: x outwards (negative behind the axis), z up. Its
 boundary is made of arcs of circles, the images of the joint limits and of the stretched arm
-(`nearest.arcs`), and of pieces of the base axis; of each, the pieces remain that have reach on one
+(`nearest.edges`), and of pieces of the base axis; of each, the pieces remain that have reach on one
 side only.
 
 Source: McKerrow, chapter 4, figures c of the two-link manipulators, for arms with limits.
@@ -18,7 +18,7 @@ from functools import lru_cache
 
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles, nearest_branch
-from kinematics.five_axis.nearest import Arc, arcs, plane_problems
+from kinematics.five_axis.nearest import Edge, edges, plane_pitches
 from kinematics.limits import JointRange
 
 # How far to either side of a boundary its reach is asked; what is thinner is not seen.
@@ -102,22 +102,26 @@ class _Track:
 
 
 def _tracks(arm: FiveAxisArm, pitch_rad: float) -> Iterator[_Track]:
-    """Yield the arcs of tips before and behind the axis, both ways round, and the axis itself."""
+    """Yield the edges of tips before and behind the axis, both ways round, and the axis itself."""
     for side in (1, -1):
-        for problem in plane_problems(arm, pitch_rad, (0.0, 0.0), side, 0.0):
-            for arc in arcs(problem):
-                yield from (_arc_track(arc, mirrored) for mirrored in (1.0, -1.0))
+        for pitch in plane_pitches(arm, pitch_rad, side):
+            for edge in edges(arm, pitch):
+                yield from (_edge_track(arm, edge, mirrored) for mirrored in (1.0, -1.0))
     longest = sum(arm.lengths[1:])
     height = arm.base_height_mm
     yield _Track(lambda z: ((0.0, z), (1.0, 0.0)), height - longest, height + longest, 2 * longest)
 
 
-def _arc_track(arc: Arc, mirrored: float) -> _Track:
-    def at(theta: float) -> tuple[Point, Point]:
-        out, up = mirrored * math.cos(theta), math.sin(theta)
-        return (mirrored * arc.r + arc.radius * out, arc.z + arc.radius * up), (out, up)
+def _edge_track(arm: FiveAxisArm, edge: Edge, mirrored: float) -> _Track:
+    """Return an edge's tips. They run along a circle, so opposite tips have its diameter."""
 
-    return _Track(at, arc.low, arc.high, arc.radius * (arc.high - arc.low))
+    def at(t: float) -> tuple[Point, Point]:
+        (r, z), (far_r, far_z) = (edge.tip(one, arm.lengths) for one in (t, t + math.pi))
+        across = math.dist((r, z), (far_r, far_z)) or 1.0
+        return (mirrored * r, z), (mirrored * (r - far_r) / across, (z - far_z) / across)
+
+    radius = math.dist(*(edge.tip(one, arm.lengths) for one in (0.0, math.pi))) / 2.0
+    return _Track(at, edge.low, edge.high, radius * (edge.high - edge.low))
 
 
 def _rims(
