@@ -440,7 +440,7 @@ OUTSIDE = '<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot name
         (two('<limit lower="${-pi}" upper="1"/>'), "is a xacro file"),
         (urdf(joint("j", "a", "b", "hinge")), "is of the type 'hinge'"),
         (urdf(joint("", "a", "b")), "a joint without a name"),
-        (urdf('<joint name="j" type="fixed"><parent link="a"/></joint>'), "link is its child"),
+        (urdf('<joint name="j" type="fixed"><parent link="a"/></joint>'), "joins a link '' as its child"),
         (urdf(joint("j", "a", "bb")), "joins a link 'bb', which the URDF does not describe"),
         (urdf(joint("j", "a", "b"), joint("j", "b", "c")), "several joints named 'j'"),
         (urdf(links="a b b"), "several links named 'b'"),
