@@ -16,8 +16,8 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import ClosedForm, closed_form
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import Generated, generated
-from kinematics.chains.goals import Goal, HandTask, Part, goal_of, pose_of, task_of
-from kinematics.chains.inverse import First, Reason, Solution, descend, middle, solve_goal
+from kinematics.chains.goals import Goal, HandTask, goal_of, pose_of, task_of
+from kinematics.chains.inverse import Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
 from kinematics.errors import KinematicsError, require
 from kinematics.frames.orientations import Quaternion, quaternion_of
@@ -38,12 +38,6 @@ from kinematics.text import shown_name
 
 # Postures tried before a pose is called out of reach: a person is waiting for the answer.
 STARTS = 16
-
-# If a pose cannot be reached, keep the hand's orientation and come as near as possible.
-HAND_FIRST: First = (
-    frozenset({Part.HEADING, Part.PITCH, Part.ROLL}),
-    frozenset({Part.POSITION}),
-)
 
 # A link shorter than this moves no point.
 LENGTH_MM = 1e-9
@@ -229,7 +223,7 @@ class ChainArm:
             values = self.closed.nearest(goal, near)
             if values is not None:
                 return self.joints_of(values)
-        found = solve_goal(self.chain, goal, near, first=HAND_FIRST, starts=STARTS)
+        found = solve_goal(self.chain, goal, near, hand_first=True, starts=STARTS)
         return self.joints_of(found.joints) if found.ok else found
 
     def _start(self, seed: Joints | None) -> tuple[float, ...]:

@@ -9,216 +9,136 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from operator import mul
+from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import functions_of, generated
-from kinematics.chains.goals import (
-    ALL_PARTS,
-    HEADING_FREE,
-    Goal,
-    Part,
-    turned_to,
-)
+from kinematics.chains.goals import HAND_PARTS, HEADING_FREE, Goal, Part, turned_to
 from kinematics.chains.jacobians import length_of, units_of
 from kinematics.frames.orientations import rotation_vector
-from kinematics.frames.transforms import Transform
+from kinematics.frames.rotations import multiply, transpose
+from kinematics.frames.transforms import rotation_of
 from kinematics.frames.vectors import dot
-from kinematics.spaces import Jacobian
-
-# By how much the first parts of a goal outweigh the others, increased step by step: the largest
-# weight at once would make the valley of the error too narrow to follow.
-STIFF = (10.0, 100.0, 1000.0)
-
-# Postures nearer than this, in all, are one.
-_SAME = 1e-3
 
 # A step shorter than this moves nothing.
 _STILL = 1e-13
 
+# The damping is a share of the largest diagonal entry of the system: where it ends, and by how much
+# a step that gains eases it and one that does not increases it.
+_LEAST_DAMPING, _MOST_DAMPING, _EASIER, _HARDER = 1e-13, 1e6, 0.1, 8.0
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """How a descent changes its damping, and when it ends.
 
-    The damping is a share of the largest diagonal entry of the system. It begins at `damping`
-    and is multiplied by `easier`, down to `gentle`, after a step that gains, and by `harder` after
-    one that does not; beyond `harsh` the descent ends. It also ends at a squared error below `met`,
-    and after `patience` steps in a row that leave more than the share `hopeless` of it. A step
-    without any gain counts as `doubts` such steps.
+class Pace(NamedTuple):
+    """How a descent begins, and when it ends.
+
+    It ends at a squared error below `met`, or after `patience` steps in a row that leave more than
+    the share `hopeless` of it.
     """
 
     rounds: int
     met: float
     damping: float
-    gentle: float
-    harsh: float
-    easier: float
-    harder: float
     patience: int
     hopeless: float
-    doubts: int
 
 
 # From anywhere, to the last digit.
-THOROUGH = Pace(80, 1e-28, 1e-3, 1e-13, 1e12, 0.1, 8.0, 4, 1.0 - 1e-9, 0)
-
-# From a posture that nearly meets the goal.
-FINISHING = replace(THOROUGH, rounds=8)
+THOROUGH = Pace(80, 1e-28, 1e-3, 12, 1.0 - 1e-9)
 
 # One of many starts: given up as soon as three steps in a row gain less than a tenth each.
-SEARCHING = Pace(40, 1e-22, 1e-2, 1e-12, 1e3, 0.3, 8.0, 3, 0.9, 1)
+SEARCHING = Pace(40, 1e-22, 1e-2, 3, 0.9)
 
 # A small step to within some 1e-7 mm, or an early end without success: a jog cannot wait.
-QUICK = Pace(16, 1e-18, 1e-6, 1e-12, 1.0, 0.01, 30.0, 2, 0.999, 1)
+QUICK = Pace(16, 1e-18, 1e-6, 2, 0.999)
 
-Weights = dict[Part, float]
 Rows = Sequence[Sequence[float]]
 
 
+class Weights(NamedTuple):
+    """How much mm, counted in the arm's length, and rad count."""
+
+    position: float = 1.0
+    hand: float = 1.0
+
+
+ALIKE = Weights()
+
+
+class End(NamedTuple):
+    """Where a descent ends, and the squared weighted error there."""
+
+    values: tuple[float, ...]
+    cost: float
+
+
 class Descent:
-    """One goal of one chain, and the descents towards it.
+    """One goal of one chain, and the descents towards it; unlimited ones ignore joint limits."""
 
-    `first` are the parts of the goal to be met first where not all can be, the earlier the more.
-    Without `limited` the joint limits are not looked at.
-    """
-
-    def __init__(
-        self,
-        chain: Chain,
-        goal: Goal,
-        first: Sequence[frozenset[Part]] = (),
-        *,
-        limited: bool = True,
-    ) -> None:
+    def __init__(self, chain: Chain, goal: Goal, *, limited: bool = True) -> None:
         self._goal = goal
-        self._first = [asked for parts in first if (asked := parts & goal.parts)]
-        self._alike: Weights = dict.fromkeys(goal.parts, 1.0)
         self._made = generated(chain)
         self._length = length_of(chain)
         self._limits = chain.limits if limited else None
-        self._turns_about_z = goal.parts == HEADING_FREE and not limited
-        """Whether the goal's heading is one more joint, which is always where it serves best."""
-        self._units = (*units_of(chain), 1.0) if self._turns_about_z else units_of(chain)
-        self._slides = any(unit != 1.0 for unit in self._units)
-
-    def meet(self, start: Sequence[float]) -> tuple[float, ...]:
-        """Return where a descent on all asked parts, alike, ends."""
-        return self._descend(start, self._alike, THOROUGH)[0]
+        # The heading that a goal leaves free is one more joint, always where it serves best.
+        self._heading_joint = goal.parts == HEADING_FREE
+        self._units = (*units_of(chain), 1.0) if self._heading_joint else units_of(chain)
 
     def met(self, start: Sequence[float], pace: Pace) -> tuple[float, ...] | None:
         """Return where a descent ends if it meets the goal, else None."""
-        values, cost = self._descend(start, self._alike, pace)
+        values, cost = self.run(start, pace)
         return values if cost < pace.met else None
 
-    def settle(self, ends: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
-        """Go on from the best few ends of `meet`, giving way in the parts that come last."""
-        picked = [ends[0]]
-        for weights in (self._alike, self._weights(STIFF[0]), self._weights(STIFF[-1])):
-            ranked = sorted(ends, key=lambda values: self._cost(values, weights))
-            picked += [values for values in ranked if _apart(values, picked)][:2]
-        found = []
-        for values in picked:
-            for stiff in STIFF:
-                values, _ = self._descend(values, self._weights(stiff), THOROUGH)
-            found.append(self._polished(values))
-        return found
-
-    def best(self, ends: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
-        """Return the end that misses least, what comes first counting first."""
-        return min(ends, key=lambda values: self._cost(values, self._weights(STIFF[-1])))
-
-    def _weights(self, stiff: float) -> Weights:
-        """Return the weight of each part: the earlier it comes, the heavier."""
-        levels = len(self._first)
-        return self._alike | {
-            part: stiff ** (levels - index)
-            for index, parts in enumerate(self._first)
-            for part in parts
-        }
-
-    def _polished(self, values: tuple[float, ...]) -> tuple[float, ...]:
-        """Meet the first parts exactly, by small moves, where they can be met at all.
-
-        Joints at a limit stay there: that is where the other parts have pushed them.
-        """
-        if not self._first:
-            return values
-        weights = dict.fromkeys(self._first[0], 1.0)
-        pairs = enumerate(zip(values, self._limits or (), strict=True))
-        held = [index for index, (value, limits) in pairs if value in limits]
-        moved, cost = self._descend(values, weights, FINISHING, held)
-        return moved if cost < FINISHING.met * 1e4 else values
-
-    def _descend(
-        self, start: Sequence[float], weights: Weights, pace: Pace, held: Sequence[int] = ()
-    ) -> tuple[tuple[float, ...], float]:
-        """Return where a descent from a start ends, and the squared error there."""
+    def run(self, start: Sequence[float], pace: Pace, weights: Weights = ALIKE) -> End:
+        """Return where a descent from a start ends."""
         values = self._clipped(start)
         error, rows = self._linear(values, weights)
         cost, damping, idle = _squared(error), pace.damping, 0
-        if cost == math.inf:  # a goal so far away has no step that is a number
-            return tuple(values), cost
         for _ in range(pace.rounds):
-            if cost < pace.met or idle >= pace.patience:
+            # a goal so far away that its square is infinite has no step that is a number
+            if cost < pace.met or idle >= pace.patience or cost == math.inf:
                 break
-            step = self._step(values, rows, error, damping, held)
+            step = self._step(values, rows, error, damping)
             moved = self._clipped([a + b for a, b in zip(values, step, strict=True)])
             if max([abs(a - b) for a, b in zip(values, moved, strict=True)]) < _STILL:
                 break
             next_error, next_rows = self._linear(moved, weights)
             next_cost = _squared(next_error)
+            idle = idle + 1 if next_cost > pace.hopeless * cost else 0
             if next_cost < cost:
-                idle = idle + 1 if next_cost > pace.hopeless * cost else 0
                 values, error, rows, cost = moved, next_error, next_rows, next_cost
-                damping = max(damping * pace.easier, pace.gentle)
+                damping = max(damping * _EASIER, _LEAST_DAMPING)
             else:
-                idle += pace.doubts
-                damping *= pace.harder
-                if damping > pace.harsh:
+                damping *= _HARDER
+                if damping > _MOST_DAMPING:
                     break
-        return tuple([one + 0.0 for one in values]), cost
+        return End(tuple([one + 0.0 for one in values]), cost)
+
+    def cost(self, values: Sequence[float], weights: Weights) -> float:
+        """Return the squared weighted error of a posture."""
+        return _squared(self._linear(values, weights)[0])
 
     def _step(
-        self,
-        values: Sequence[float],
-        rows: Rows,
-        error: Sequence[float],
-        damping: float,
-        held: Sequence[int],
+        self, values: Sequence[float], rows: Rows, error: Sequence[float], damping: float
     ) -> Sequence[float]:
         """Return the damped least-squares step of the joints that are free to move."""
-        if self._slides:
-            rows = [list(map(mul, row, self._units)) for row in rows]
-        if self._turns_about_z:
-            *joints, _ = damped_step(6, len(values) + 1)(rows, error, damping)
-            return list(map(mul, joints, self._units)) if self._slides else joints
-        free = self._free(values, rows, error, held)
-        if len(free) < len(values):
+        rows = [list(map(mul, row, self._units)) for row in rows]
+        free = self._free(values, rows, error)
+        step = [0.0] * len(self._units)
+        if free:
             rows = [[row[index] for index in free] for row in rows]
-        if not free:
-            return [0.0] * len(values)
-        turns = damped_step(len(rows), len(free))(rows, error, damping)
-        if len(free) == len(values) and not self._slides:
-            return turns
-        step = [0.0] * len(values)
-        for index, turn in zip(free, turns, strict=True):
-            step[index] = turn * self._units[index]
-        return step
+            turns = damped_step(len(rows), len(free))(rows, error, damping)
+            for index, turn in zip(free, turns, strict=True):
+                step[index] = turn * self._units[index]
+        return step[: len(values)]
 
-    def _free(
-        self, values: Sequence[float], rows: Rows, error: Sequence[float], held: Sequence[int]
-    ) -> Sequence[int]:
+    def _free(self, values: Sequence[float], rows: Rows, error: Sequence[float]) -> Sequence[int]:
         """Return the joints that no limit holds back while they are pulled beyond it."""
-        joints = range(len(values))
         if self._limits is None:
-            return joints
-        free = []
-        for index, value, (low, high) in zip(joints, values, self._limits, strict=True):
-            if index in held:
-                continue
+            return range(len(self._units))
+        free = [len(values)] if self._heading_joint else []
+        for index, (value, (low, high)) in enumerate(zip(values, self._limits, strict=True)):
             if value <= low or value >= high:
                 pull = sum([row[index] * miss for row, miss in zip(rows, error, strict=True)])
                 if (value <= low and pull < 0.0) or (value >= high and pull > 0.0):
@@ -238,53 +158,26 @@ class Descent:
         """Return the weighted errors, and how the joints reduce them."""
         goal = self._goal
         frame, jacobian = self._made.fk_and_jacobian(values)
-        if self._turns_about_z and weights is self._alike:
-            error, whole = self._whole(frame, jacobian, turned_to(goal.frame, frame))
-            upright = (0.0, 0.0, 0.0, 0.0, 0.0, -1.0)
-            return error, [(*row, entry) for row, entry in zip(whole, upright, strict=True)]
-        if weights is self._alike and goal.parts == ALL_PARTS:
-            return self._whole(frame, jacobian, goal.frame)
         errors: list[float] = []
-        rows: list[Sequence[float]] = []
-        share = weights.get(Part.POSITION, 0.0) / self._length
-        if share:
-            for index in range(3):
-                errors.append(share * (goal.frame[index][3] - frame[index][3]))
-                rows.append([share * entry for entry in jacobian[index]])
+        rows: list[list[float]] = []
+        if Part.POSITION in goal.parts:
+            share = weights.position / self._length
+            errors += [share * (goal.frame[i][3] - frame[i][3]) for i in range(3)]
+            rows += [[share * entry for entry in row] for row in jacobian[:3]]
+        if goal.parts >= HAND_PARTS or self._heading_joint:  # a whole turn need not be split
+            target = turned_to(goal.frame, frame) if self._heading_joint else goal.frame
+            whole = multiply(rotation_of(target), transpose(rotation_of(frame)))
+            errors += [weights.hand * miss for miss in rotation_vector(whole)]
+            rows += [[weights.hand * entry for entry in row] for row in jacobian[3:]]
+            if self._heading_joint:
+                rows = [[*row, 0.0] for row in rows]
+                rows[-1][-1] = -weights.hand
+            return errors, rows
         turning = list(zip(*jacobian[3:], strict=True))
-        for part, axis, miss in goal.turn(frame)[1]:
-            weight = weights.get(part, 0.0)
-            if weight:
-                errors.append(weight * miss)
-                rows.append([weight * dot(column, axis) for column in turning])
+        for _, axis, miss in goal.turn(frame)[1]:
+            errors.append(weights.hand * miss)
+            rows.append([weights.hand * dot(column, axis) for column in turning])
         return errors, rows
-
-    def _whole(
-        self, frame: Transform, jacobian: Jacobian, target: Transform
-    ) -> tuple[list[float], Rows]:
-        """Return what `_linear` does where all parts count alike: no turn has to be split."""
-        share = 1.0 / self._length
-        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = frame
-        (u, v, w, to_x), (k, m, n, to_y), (p, q, r, to_z), _ = target
-        turn = rotation_vector(
-            (
-                (u * a + v * b + w * c, u * d + v * e + w * f, u * g + v * h + w * i),
-                (k * a + m * b + n * c, k * d + m * e + n * f, k * g + m * h + n * i),
-                (p * a + q * b + r * c, p * d + q * e + r * f, p * g + q * h + r * i),
-            )
-        )
-        error = [share * (to_x - x), share * (to_y - y), share * (to_z - z), *turn]
-        rows = [[share * entry for entry in row] for row in jacobian[:3]]
-        return error, [*rows, *jacobian[3:]]
-
-    def _cost(self, values: Sequence[float], weights: Weights) -> float:
-        """Return the sum of the squared weighted errors."""
-        return _squared(self._linear(values, weights)[0])
-
-
-def _apart(values: Sequence[float], others: Sequence[Sequence[float]]) -> bool:
-    """Whether a posture is another one than these."""
-    return all(math.dist(values, other) > _SAME for other in others)
 
 
 def _squared(values: Sequence[float]) -> float:

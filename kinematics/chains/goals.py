@@ -55,6 +55,9 @@ class Part(Enum):
 
 ALL_PARTS = frozenset(Part)
 
+# How the hand is turned.
+HAND_PARTS = ALL_PARTS - {Part.POSITION}
+
 # The parts of a goal that leaves the hand's rotation about the world's z axis free.
 HEADING_FREE = ALL_PARTS - {Part.HEADING}
 

@@ -14,15 +14,15 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
 from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain
 from kinematics.chains.closed_form import closed_form
-from kinematics.chains.descent import SEARCHING, Descent
-from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, frame_goal
+from kinematics.chains.descent import SEARCHING, THOROUGH, Descent, Weights
+from kinematics.chains.goals import ALL_PARTS, Goal, Part, frame_goal
 from kinematics.chains.jacobians import condition, length_of
 from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
@@ -145,12 +145,12 @@ def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
     )
 
 
-# The priority of parts if not all can be met: earlier sets outweigh later ones.
-First = Sequence[frozenset[Part]]
+# How much the parts that come first outweigh the others where not all can be met, step by step: the
+# largest weight at once would make the valley of the error too narrow to follow.
+STIFF = (10.0, 100.0, 1e3, 1e4)
 
-# Keep the position, and turn the hand as nearly as it goes.
-POSITION_FIRST: First = (frozenset({Part.POSITION}),)
-
+# How many of the postures found are followed that far.
+MOST_SETTLED = 4
 
 # Postures tried: the seed, the middle of the ranges, then random ones, always the same.
 STARTS = 24
@@ -158,10 +158,7 @@ STARTS = 24
 # The most that are tried for a goal that no posture meets: only the nearest pose is wanted.
 HOPELESS_STARTS = 12
 
-# Postures tried without limits, besides the best ones found within them.
-FREE_STARTS = 6
-
-# Short descents that first look for a whole frame, or one of any heading.
+# Short descents without limits that look for postures which meet the goal.
 SEARCHES = 200
 
 # A part of a goal is met within this.
@@ -190,24 +187,26 @@ def solve_goal(
     goal: Goal,
     seed: Sequence[float] | None = None,
     *,
-    first: First = POSITION_FIRST,
+    hand_first: bool = False,
     starts: int = STARTS,
 ) -> Solution:
     """Return the posture within the limits that meets a goal, or the best one found and why.
 
     The seed (by default the middle of the ranges) is tried first, so that a posture near it is
-    found where there is one. Raises `KinematicsError` for a seed that does not fit the chain.
+    found where there is one. Where not all can be met, the position is met and the hand turned as
+    nearly as it goes, or with `hand_first` the other way round. Raises `KinematicsError` for a seed
+    that does not fit the chain.
     """
     require("a chain", chain, Chain, "Chain((DHLink(a_mm=200.0),))")
     require("a goal", goal, Goal, "frame_goal(frame)")
     start = middle(chain) if seed is None else chain.clamp(seed)
     question, closed = _Question(chain, goal, starts), closed_form(chain)
     if closed is None or not closed.solves(goal):
-        return question.search(start, first, None)
+        return question.search(start, None, hand_first=hand_first)
     found = closed.nearest(goal, start)
     if found is not None:
         return question.account(found)
-    return question.search(start, first, closed.branches(goal, start))
+    return question.search(start, closed.branches(goal, start), hand_first=hand_first)
 
 
 class _Miss(NamedTuple):
@@ -280,7 +279,11 @@ class _Question:
         )
 
     def search(
-        self, start: tuple[float, ...], first: First, known: Sequence[tuple[float, ...]] | None
+        self,
+        start: tuple[float, ...],
+        known: Sequence[tuple[float, ...]] | None,
+        *,
+        hand_first: bool,
     ) -> Solution:
         """Return the best posture that descents find.
 
@@ -290,34 +293,40 @@ class _Question:
         chain, goal = self.chain, self.goal
         certain = known is not None and not known
         hopeless = certain or beyond_reach(chain, goal)
-        branches, tried = list(known or ()), 0
-        # A hand is met quickest by many short descents that look at no limit: most goals end here.
-        if known is None and goal.parts >= HEADING_FREE and not hopeless:
-            tried, branches = self.postures_of_hand(start)
+        descent = Descent(chain, goal)
+        ends = [descent.run(start, THOROUGH).values]
+        if self.met(ends[0]):
+            return self.account(ends[0], 1)
+        tried, branches = 1, list(known or ())
+        if known is None and not hopeless:
+            searched, branches = self.without_limits(start)
+            tried += searched
             if branches and not chain.violations(branches[-1]):
                 return self.account(chain.clamp(branches[-1]), tried)
         # Descents within the limits come nearest to the goal. They begin near postures that meet
         # it beyond a limit: the nearest pose is near one of them, and a singular one may share the
         # turn of two joints in another way, which keeps the limits.
-        descent = Descent(chain, goal, first)
         looks = min(self.starts, HOPELESS_STARTS) if hopeless else self.starts
-        ends = []
         for values in (*map(chain.clamp, branches[:MOST_BRANCHES]), *_starts(chain, start, looks)):
             tried += 1
-            ends.append(chain.turned(descent.meet(values), start))
+            ends.append(chain.turned(descent.run(values, THOROUGH).values, start))
             if self.met(ends[-1]):
                 return self.account(ends[-1], tried)
-        best = descent.best([chain.turned(values, start) for values in descent.settle(ends)])
-        # The goal is missed. A posture that meets it without limits tells which limit is at fault.
-        if not branches and not hopeless:
-            branches = self.without_limits([best, *ends[:3]])
-        unlimited = _least_broken(chain, branches)
-        if unlimited is not None and not chain.violations(unlimited):
-            return self.account(chain.clamp(unlimited), tried)
-        return self.account(best, tried, unlimited, certain=certain)
+        # The goal is missed: the parts that come first are met as nearly as they can be.
+        first = [Weights(hand=one) if hand_first else Weights(position=one) for one in STIFF]
+        ranked = sorted(ends, key=lambda values: descent.cost(values, first[0]))
+        settled = []
+        for values in [ends[0], *ranked[:MOST_SETTLED]]:
+            for weights in first:
+                values = descent.run(values, THOROUGH, weights).values
+            settled.append(chain.turned(values, start))
+        best = min(settled, key=lambda values: descent.cost(values, first[-1]))
+        # Of the postures that meet it without limits, one tells which limit is at fault.
+        least = min(branches, key=self._excess, default=None)
+        return self.account(best, tried, least, certain=certain)
 
-    def postures_of_hand(self, start: tuple[float, ...]) -> tuple[int, list[tuple[float, ...]]]:
-        """Return postures that meet a hand's goal, found by many short descents without limits.
+    def without_limits(self, start: tuple[float, ...]) -> tuple[int, list[tuple[float, ...]]]:
+        """Return postures that meet the goal, found by many short descents without limits.
 
         The first within the limits is the last. With them comes how many descents there were: each
         is over in half a millisecond, of six joints every second one succeeds, and the hardest
@@ -335,29 +344,13 @@ class _Question:
                     break
         return tried, found
 
-    def without_limits(self, starts: Sequence[tuple[float, ...]]) -> list[tuple[float, ...]]:
-        """Return postures that meet the goal without limits, if the chain has any."""
-        free = self.chain.within()
-        if free == self.chain:
-            return []
-        descent = Descent(free, self.goal)
-        more = _starts(free, middle(free), FREE_STARTS)
-        ends = [free.turned(descent.meet(start), start) for start in (*starts, *more)]
-        return list(filter(self.met, ends))
+    def _excess(self, values: Sequence[float]) -> float:
+        return sum(one.excess for one in self.chain.violations(values))
 
 
 def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
     """Return where one descent from the seed ends, for goals a small step away."""
-    return _Question(chain, goal).account(Descent(chain, goal).meet(seed), 1)
-
-
-def _least_broken(chain: Chain, postures: Iterable[tuple[float, ...]]) -> tuple[float, ...] | None:
-    """Return the posture that breaks limits least; None without any."""
-    return min(
-        postures,
-        key=lambda values: sum(one.excess for one in chain.violations(values)),
-        default=None,
-    )
+    return _Question(chain, goal).account(Descent(chain, goal).run(seed, THOROUGH).values, 1)
 
 
 def _starts(chain: Chain, seed: tuple[float, ...], count: int) -> Iterator[tuple[float, ...]]:

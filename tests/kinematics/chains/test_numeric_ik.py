@@ -137,8 +137,7 @@ def test_the_closed_form_and_the_numbers_agree_on_what_can_be_reached(x, y, z, p
 def test_with_the_pitch_kept_the_nearest_pose_is_that_of_the_closed_form(pose):
     assert ARM.solve(pose) is None
     exact = nearest(ARM, pose)
-    first = frozenset({Part.PITCH, Part.ROLL}), frozenset({Part.POSITION})
-    solution = solve_pose_ik(MINI_MOVER, pose, first=first)
+    solution = solve_pose_ik(MINI_MOVER, pose, hand_first=True)
     assert solution.met == ALL_PARTS - {Part.POSITION}
     assert solution.residual_mm == pytest.approx(exact.distance_mm, rel=1e-3)
 

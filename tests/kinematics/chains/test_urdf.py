@@ -441,7 +441,7 @@ OUTSIDE = '<!DOCTYPE robot [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot name
         (urdf(joint("j", "a", "b", "hinge")), "is of the type 'hinge'"),
         (urdf(joint("", "a", "b")), "a joint without a name"),
         (urdf('<joint name="j" type="fixed"><parent link="a"/></joint>'), "joins a link '' as its child"),
-        (urdf(joint("j", "a", "bb")), "joins a link 'bb', which the URDF does not describe"),
+        (urdf(joint("j", "a", "bb")), "joins a link 'bb' as its child, which the URDF does not describe"),
         (urdf(joint("j", "a", "b"), joint("j", "b", "c")), "several joints named 'j'"),
         (urdf(links="a b b"), "several links named 'b'"),
         (urdf(joint("j", "a", "b")), "several bases (a, c, d): name one as base_link"),
