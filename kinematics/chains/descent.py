@@ -8,13 +8,12 @@ step points beyond it. numpy is not used: its calls take longer than the arithme
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from functools import lru_cache
+from collections.abc import Sequence
 from operator import mul
 from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import functions_of, generated
+from kinematics.chains.generated import generated
 from kinematics.chains.goals import HAND_PARTS, HEADING_FREE, Goal, Part, turned_to
 from kinematics.chains.jacobians import length_of, units_of
 from kinematics.frames.orientations import rotation_vector
@@ -128,7 +127,7 @@ class Descent:
         step = [0.0] * len(self._units)
         if free:
             rows = [[row[index] for index in free] for row in rows]
-            turns = damped_step(len(rows), len(free))(rows, error, damping)
+            turns = damped_step(rows, error, damping)
             for index, turn in zip(free, turns, strict=True):
                 step[index] = turn * self._units[index]
         return step[: len(values)]
@@ -185,46 +184,27 @@ def _squared(values: Sequence[float]) -> float:
     return sum([value * value for value in values])
 
 
-# One step: (JᵗJ + damping · largest diagonal entry) s = Jᵗ e, solved by Cholesky's decomposition
-# (Marquardt, 1963).
-#
-# The solution is written out as code for each size of the system, every entry a local variable: it
-# takes a tenth of the time of loops over lists, and descents do little else.
+def damped_step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
+    """Return the solution s of (JᵗJ + damping · largest diagonal entry) s = Jᵗ e (Marquardt, 1963).
 
-# Return the step for a Jacobian's rows, the errors, and the damping.
-StepFinder = Callable[[Rows, Sequence[float], float], tuple[float, ...]]
-
-
-@lru_cache(maxsize=16)
-def damped_step(rows: int, columns: int) -> StepFinder:
-    """Return the function for a Jacobian of this size."""
-    found: StepFinder = functions_of(_source(rows, columns), {"sqrt": math.sqrt}, "steps")["step"]
-    return found
-
-
-def _source(rows: int, columns: int) -> str:
-    """Return the source: a is the system, l its triangle, y and s the two substitutions."""
-    joints = range(columns)
-    listed = ", ".join(f"({', '.join(f'j{r}{c}' for c in joints)},)" for r in range(rows))
-    lines = [f"{listed}, = rows", f"{', '.join(f'e{r}' for r in range(rows))}, = error"]
-    for c in joints:
-        lines += [
-            f"a{c}{d} = " + "+".join(f"j{r}{c}*j{r}{d}" for r in range(rows)) for d in range(c + 1)
-        ]
-    diagonal = ", ".join(f"a{c}{c}" for c in joints)
-    lines.append(f"damping *= max({diagonal}, 1e-300)")
-    for c in joints:
-        for d in range(c):
-            less = "".join(f"-l{c}{k}*l{d}{k}" for k in range(d))
-            lines.append(f"l{c}{d} = (a{c}{d}{less})*i{d}")
-        less = "".join(f"-l{c}{k}*l{c}{k}" for k in range(c))
-        lines.append(f"p{c} = a{c}{c}{less}+damping")
-        lines.append(f"i{c} = 1.0/sqrt(p{c}) if p{c} > 0.0 else 0.0")
-        pull = "+".join(f"j{r}{c}*e{r}" for r in range(rows))
-        less = "".join(f"-l{c}{k}*y{k}" for k in range(c))
-        lines.append(f"y{c} = ({pull}{less})*i{c}")
-    for c in reversed(joints):
-        less = "".join(f"-l{k}{c}*s{k}" for k in range(c + 1, columns))
-        lines.append(f"s{c} = (y{c}{less})*i{c}")
-    lines.append(f"return ({', '.join(f's{c}' for c in joints)},)")
-    return "def step(rows, error, damping):\n" + "\n".join(f"    {line}" for line in lines)
+    By Cholesky's decomposition: each column of the system becomes a row of its triangle.
+    """
+    columns = list(zip(*rows, strict=True))
+    damping *= max([_squared(column) for column in columns] + [1e-300])
+    triangle: list[list[float]] = []
+    shares: list[float] = []  # of 1, by the diagonal of the triangle
+    step: list[float] = []
+    for column in columns:
+        line: list[float] = []
+        for before, known, share in zip(columns, triangle, shares, strict=False):
+            entry = sum(map(mul, column, before)) - sum(map(mul, line, known))
+            line.append(entry * share)
+        square = _squared(column) + damping - _squared(line)
+        shares.append(1.0 / math.sqrt(square) if square > 0.0 else 0.0)
+        step.append((sum(map(mul, column, error)) - sum(map(mul, line, step))) * shares[-1])
+        triangle.append(line)
+    for index in reversed(range(len(step))):
+        step[index] *= shares[index]
+        for earlier, entry in enumerate(triangle[index]):
+            step[earlier] -= entry * step[index]
+    return step
