@@ -43,18 +43,18 @@ class Plain(Strategy):
 
 def send_mks(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
     """Send MKS drives, one after the other (`F5`)."""
-    arm, device = bench.arm, bench.twin.device
+    arm, device = bench.arm, bench.stage.twin.device
     assert arm is not None
     host = Host(range(1, 7))
     rpm = max(int(arm.parts.speeds.motor_hz / COUNTS_S_PER_RPM * speed), 1)
     for node, (way, counted) in enumerate(zip(ways, device.registers, strict=True), 1):
         order = MoveAbsoluteAxis(counted + way, rpm, ACC)
-        bench.twin.link.write(host.send(node, order), arm.parts.pace.now_s())
+        bench.stage.twin.link.write(host.send(node, order), arm.parts.pace.now_s())
 
 
 def send_cia402(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
     """Send CiA 402 drives by profile position, all with the same speed and ramp."""
-    arm, device = bench.arm, bench.twin.device
+    arm, device = bench.arm, bench.stage.twin.device
     assert arm is not None
     bus = CanopenHost(range(1, 7))
     hz = arm.parts.speeds.motor_hz
@@ -79,7 +79,7 @@ def send_cia402(bench: DenseMemoryBench, ways: Motors, speed: float) -> None:
 
 def _say(bench: DenseMemoryBench, data: bytes) -> None:
     assert bench.arm is not None
-    bench.twin.link.write(data, bench.arm.parts.pace.now_s())
+    bench.stage.twin.link.write(data, bench.arm.parts.pace.now_s())
     bench.sleep(BETWEEN_S)
 
 

@@ -34,13 +34,13 @@ class DenseMemoryBench(MemoryBench):
     @property
     def turning(self) -> bool:
         """Whether motors turn."""
-        return self.twin.device.moving
+        return self.stage.twin.device.moving
 
     def bring(self, joints: Joints) -> None:
         """Have a person bring the arm to a posture, and say so; drives with encoders notice it."""
         arm = self.arm
         assert arm is not None
-        self.twin.device.bring_to(joints, self.look().opening_mm)
+        self.stage.twin.device.bring_to(joints, self.look().opening_mm)
         with contextlib.suppress(ArmError):
             arm.parts.look()
         if arm.status.state is State.ERROR_STOP:

@@ -6,6 +6,7 @@ the simulated device cannot.
 """
 
 import math
+import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -17,11 +18,14 @@ from armdrive.config.sections import HomingSettings
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
 from armdrive.motion.reference import home_device
+from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.device import Value
-from armdrive.sim.faults import parse_words
+from armdrive.sim.wire import Rule, Share, late
 from kinematics import Joints, Motors
+from tests.scenarios.actions import arm_of
+from tests.scenarios.stage import Stage
 
-from .stand import OPENING_MM, Stand, StopResult
+OPENING_MM = 20.0
 
 HOST_S = 0.03
 """How long this computer or an adapter may hold back a message; every bound allows for it."""
@@ -81,7 +85,7 @@ HOMES: Mapping[str, Mapping[str, object]] = MappingProxyType(
 """What the arm file says of a controller that homes by itself, by dialect."""
 
 
-def stand_of(dialect: str, how: Begin, **options: Value) -> Stand:
+def stage_of(dialect: str, how: Begin, **options: Value) -> Stage:
     """Return an arm where a motion begins; before homing, the base is at its range's other end."""
     config, start = simulated_config(dialect), start_of(dialect)
     if how is Begin.HOMING:
@@ -91,12 +95,15 @@ def stand_of(dialect: str, how: Begin, **options: Value) -> Stand:
         )
         homing = HomingSettings(switch, OPENING_MM, groups=((1,),))
         config = replace(config, homing=homing, device=replace(config.device, **HOMES[dialect]))
-    return Stand(config, start, **options)
+    stage = Stage(config, options)
+    stage.place_by_hand(start, OPENING_MM)
+    stage.ready()
+    return stage
 
 
-def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
+def begin(stage: Stage, how: Begin, for_s: float, speed: float) -> None:
     """Begin a motion of the arm."""
-    arm = stand.arm
+    arm = arm_of(stage)
     speeds = full_speeds(arm.config)
     if how is Begin.UPWARDS:
         speeds = (0.0, *speeds[1:])
@@ -149,9 +156,9 @@ SILENT = (Cause.PAUSE, Cause.KILLED, Cause.PULLED, Cause.SUSPENDED)
 """The causes for which the bound of a silent host holds."""
 
 
-def end(stand: Stand, cause: Cause, rests_s: float = RESTS_S) -> None:
+def end(stage: Stage, cause: Cause, rests_s: float = RESTS_S) -> None:
     """End the motion, and wait until the arm stands."""
-    arm = stand.arm
+    arm = arm_of(stage)
     match cause:
         case Cause.STOP:
             arm.request_stop()
@@ -164,20 +171,24 @@ def end(stand: Stand, cause: Cause, rests_s: float = RESTS_S) -> None:
         case Cause.PAUSE:
             arm.pause()
         case Cause.PULLED:
-            arm.twin.faults.ask(parse_words(["unplug"]))
-            stand.abandon(rests_s)
+            stage.request("unplug")
+            abandon(stage, rests_s)
             return
         case Cause.KILLED:
-            stand.abandon(rests_s)
+            abandon(stage, rests_s)
             return
         case Cause.SUSPENDED:
-            stand.abandon(SUSPENDED_S)
-            arm.parts.pace.clock.now_s += SUSPENDED_S
-            arm.parts.engine.suspended(SUSPENDED_S)
+            abandon(stage, SUSPENDED_S)
+            stage.pace.suspend(SUSPENDED_S)
     try:
         arm.sleep(RESTS_S)
     except ArmError:
         assert cause is Cause.SUSPENDED  # the driver reports that the program was suspended
+
+
+def abandon(stage: Stage, for_s: float) -> None:
+    """Let time pass for the arm alone, while its program is dead or suspended."""
+    stage.link.line.advance(stage.now_s + for_s)
 
 
 # -- rows ---------------------------------------------------------------------------------------
@@ -250,10 +261,18 @@ BURSTS: Mapping[str, Callable[[bytes], bool]] = MappingProxyType(
 """Whether a message starts a burst, by dialect."""
 
 
+@dataclass(frozen=True, slots=True)
+class StopResult:
+    """What the physical arm did after the cause struck, as a share of what was announced."""
+
+    time_share: float
+    way_share: float
+
+
 def measure(row: Row, after_s: float) -> StopResult:
     """Begin a motion, end it, and return how the arm stopped."""
-    stand = stand_of(row.dialect, row.begin, **row.options)
-    arm = stand.arm
+    stage = stage_of(row.dialect, row.begin, **row.options)
+    arm = arm_of(stage)
     if row.burst:  # the driver first learns how fast the motors are
         for angle in (WARM_UP_DEG, 0.0):
             arm.move_j(base_deg=angle, shoulder_deg=START_DEG[1] + angle)
@@ -262,14 +281,14 @@ def measure(row: Row, after_s: float) -> StopResult:
 
     def on_message(data: bytes) -> None:
         if is_burst(data):
-            bursts_s.append(stand.now_s)
+            bursts_s.append(stage.now_s)
 
-    stand.link.on_message = on_message
+    stage.link.on_message = on_message
     expires = row.cause is Cause.EXPIRY
-    began_s = stand.now_s
-    begin(stand, row.begin, after_s if expires and not row.burst else 1.0, row.speed)
+    began_s = stage.now_s
+    begin(stage, row.begin, after_s if expires and not row.burst else 1.0, row.speed)
     if row.burst:
-        while len(bursts_s) < row.burst and stand.now_s < began_s + LONGEST_S:
+        while len(bursts_s) < row.burst and stage.now_s < began_s + LONGEST_S:
             arm.sleep(0.001)
         assert len(bursts_s) == row.burst, "the burst to be stopped never came"
         if expires:
@@ -280,16 +299,25 @@ def measure(row: Row, after_s: float) -> StopResult:
     if not row.burst or after_s > 0.0:
         arm.sleep(after_s - lost_s - restored_s)
     if lost_s:
-        stand.link.loses = lambda data: True
+        stage.link.loses = lambda data: True
         arm.sleep(lost_s)
-        stand.link.loses = nothing()
+        stage.link.loses = nothing()
         arm.sleep(restored_s)
-    stand.link.delay(row.late_s)
-    stand.link.loses = row.loses()
-    bound = stand.mark()
-    end(stand, row.cause, RESTS_S + bound.silent_time_s)
-    found = stand.stopped(bound)
-    return found.silent if row.cause in SILENT else found
+    every = Share(1.1, random.Random(0))
+    stage.link.line.faults.host.rules.append(Rule(late(row.late_s), every))
+    stage.link.loses = row.loses()
+    stage.look()
+    world, marked_s, bound = stage.world, stage.now_s, arm.parts.core.stop_bound()
+    world.mark, world.furthest_mm, world.moved_s = world.tip, 0.0, marked_s
+    end(stage, row.cause, RESTS_S + bound.silent_time_s)
+    return shares(bound, row.cause in SILENT, world.moved_s - marked_s, world.furthest_mm)
+
+
+def shares(bound: StopBound, silent: bool, time_s: float, way_mm: float) -> StopResult:
+    """Return a time and a distance as shares of the bound of a stop, or of a silent host."""
+    if silent:
+        return StopResult(time_s / bound.silent_time_s, way_mm / bound.silent_distance_mm)
+    return StopResult(time_s / bound.time_s, way_mm / bound.distance_mm)
 
 
 # -- reasons for less than half -----------------------------------------------------------------

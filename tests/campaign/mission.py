@@ -1,4 +1,4 @@
-"""One mission: one program or several use an arm for some seconds while faults strike.
+"""One mission: one program or several use an arm for some seconds, and things go wrong.
 
 The dialect's name and a seed determine the whole mission, so that it can be repeated.
 """
@@ -10,43 +10,29 @@ from enum import IntEnum
 from armdrive.errors import LinkError, OutOfBounds, Refused, Stopped
 from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
-
-from .actions import (
+from tests.scenarios.actions import (
     ACTIONS,
     HOMING_ACTIONS,
     HOMING_S,
+    Action,
     connect,
     home,
-    move_certainly,
+    move_to_joints,
 )
-from .clock import CPU_S, Hang, ProgramKilled, cpu_limit
-from .faults import FAULTS, NONE, CampaignFault
-from .goals import certain_goal, place_near_limits
-from .laws import Broken, TypedError, call, check_trust, check_watch
-from .stage import Stage
+from tests.scenarios.goals import certain_goal, place_near_limits
+from tests.scenarios.happenings import HAPPENINGS
+from tests.scenarios.laws import Broken, TypedError, call, check, check_trust
+from tests.scenarios.program import CPU_S, Hang, ProgramKilled, cpu_limit
+
+from .arms import an_arm
+from .programs import PROGRAM_FAULTS
 
 FAULT_COUNTS = (0, 1, 1, 1, 1, 1, 2, 2, 3)
-HOMING_SHARE = 0.3
-"""The share of arms that home by their switches, if their devices can."""
 TRIES = 4
 STILL_S = 0.6
 LONGEST_REST_S = 30.0
-RECOVERY_ACTIONS = frozenset(
-    (
-        "connect",
-        "reset",
-        "enable",
-        "home",
-        "declare",
-        "confirm",
-        "reconnect",
-        "close",
-        "close and connect",
-    )
-)
-"""The actions that bring an arm back. Faults strike during these as well."""
 RECOVERY_FAULT_SHARE = 0.08
-"""The share of these actions that a fault disturbs."""
+"""The share of the actions that bring an arm back that something disturbs."""
 RECOVERY_FAULT_WITHIN_S = (0.01, 0.1, 1.0)
 """How soon after the start of the action: some take hundredths of a second, others many seconds."""
 
@@ -88,14 +74,15 @@ class Mission:
     def __init__(self, dialect: str, seed: int) -> None:
         self.dialect, self.seed = dialect, seed
         self.draw = random.Random(f"{dialect} {seed}")
-        # from a generator of its own: other missions stay as they are
-        homes = random.Random(f"{dialect} {seed} homes").random() < HOMING_SHARE
-        self.stage = Stage(dialect, self.draw, homes=homes)
+        self.stage = an_arm(dialect, self.draw)
+        self.homes = self.stage.config.homing is not None
         self.outcome = Outcome.ENDED_WELL
         self.happened: list[str] = []
         self.log: list[str] = []
         self._faults_over = False
         self._found_at = self.stage.posture()
+        board = self.stage.twin.board
+        self._faults = {each.name: each for each in HAPPENINGS if isinstance(board, each.needs)}
 
     def run(self, *, keep_log: bool = False) -> Result:
         """Run the mission; keep its log if asked to, or if a law was broken."""
@@ -111,7 +98,7 @@ class Mission:
             self.dialect,
             self.seed,
             self.outcome,
-            tuple(dict.fromkeys(self.happened)) or (NONE,),
+            tuple(dict.fromkeys(self.happened)),
             broken,
             tuple(self.log) if broken or keep_log else (),
             self.stage.now_s,
@@ -122,21 +109,18 @@ class Mission:
         if draw.random() < 0.7:  # the registers of an arm that was used are not zero
             stage.turn_by_hand(Motors(draw.randint(-40, 40) for _ in stage.world.motors))
         if draw.random() < 0.4:
-            place_near_limits(stage)
+            place_near_limits(stage, draw)
         self._act("connect", connect)
         self._recover()
         count = draw.randint(2, 4)
-        faults = sorted(
-            (draw.randrange(count), draw.random() * draw.choice((0.1, 0.5, 1.5)), self._fault())
-            for _ in range(draw.choice(FAULT_COUNTS))
-        )
-        actions = {**ACTIONS, **HOMING_ACTIONS} if stage.homes else ACTIONS
+        struck = [draw.randrange(count) for _ in range(draw.choice(FAULT_COUNTS))]
+        actions = {**ACTIONS, **HOMING_ACTIONS} if self.homes else ACTIONS
         names, weights = list(actions), [weight for _, weight in actions.values()]
         for number in range(count):
             name = draw.choices(names, weights)[0]
-            longer = HOMING_S if stage.homes and name in HOMING_ACTIONS else 1.0
-            for _, after_s, index in (each for each in faults if each[0] == number):
-                self._schedule_fault(FAULTS[index], after_s * longer)
+            longer = HOMING_S if self.homes and name in HOMING_ACTIONS else 1.0
+            for _ in range(struck.count(number)):
+                self._schedule_fault(draw.random() * draw.choice((0.1, 0.5, 1.5)) * longer)
             self._act(name, actions[name][0])
             if draw.random() < 0.85:
                 self._recover()
@@ -144,39 +128,39 @@ class Mission:
                 self._act("connect", connect)
         self._finish()
 
-    def _fault(self) -> int:
-        board = self.stage.twin.board
-        return self.draw.choice([i for i, each in enumerate(FAULTS) if each.applies_to(board)])
+    def fault(self) -> str:
+        """Draw something that can happen to this arm."""
+        return self.draw.choice([*self._faults, *PROGRAM_FAULTS])
 
-    def _schedule_fault(self, fault: CampaignFault, after_s: float) -> None:
+    def _schedule_fault(self, after_s: float) -> None:
+        name = self.fault()
+
         def happen() -> None:
-            if self.stage.has_program or not fault.needs_program:
-                self.happened.append(fault.name)
-                self._note(f"  fault: {fault.name}: {fault.begin(self.stage)}")
+            if name in self._faults:
+                words = self.stage.strike(self._faults[name], self.draw)
+            elif self.stage.pace.dead or not (self.stage.arm or self.stage.referencing):
+                return
+            else:
+                words = PROGRAM_FAULTS[name](self.stage, self.draw)
+            self.happened.append(name)
+            self._note(f"  {name}: {words}")
 
-        self.stage.schedule.at(self.stage.now_s + after_s, happen)
+        self.stage.timeline.at(self.stage.now_s + after_s, happen)
 
     # -- doing ----------------------------------------------------------------------------------
 
-    def _act(self, name: str, action) -> TypedError | None:
+    def _act(self, name: str, action: Action) -> TypedError | None:
         """Run an action; return its error. If the program is killed, another one follows later."""
         if self.stage.arm is None and action is not connect:
             return None
         self._note(name)
-        if (
-            name in RECOVERY_ACTIONS
-            and not self._faults_over
-            and self.draw.random() < RECOVERY_FAULT_SHARE
-        ):
-            after_s = self.draw.random() * self.draw.choice(RECOVERY_FAULT_WITHIN_S)
-            self._schedule_fault(FAULTS[self._fault()], after_s)
         try:
-            error = action(self.stage)
+            error = action(self.stage, self.draw)
         except ProgramKilled:
             self._note("  the program is no more")
             self._worsen(Outcome.PROGRAM_ENDED)
             self.stage.sleep(self.draw.choice((0.02, 0.3, 3.0)))
-            check_watch(self.stage)
+            check_trust(self.stage)
             return None
         if error is not None:
             self._note(f"  {type(error).__name__}: {error}")
@@ -185,12 +169,20 @@ class Mission:
             self._note(f"  well; {self.stage.world.motors}")
         return error
 
+    def _bring_back(self, name: str, act: str) -> TypedError | None:
+        """Make a call that brings the arm back, which may be disturbed as well."""
+        if not self._faults_over and self.draw.random() < RECOVERY_FAULT_SHARE:
+            self._schedule_fault(self.draw.random() * self.draw.choice(RECOVERY_FAULT_WITHIN_S))
+        return self._act(
+            name, lambda stage, _: call(stage, getattr(stage.arm, act), references=True)
+        )
+
     def _count_error(self, error: TypedError) -> None:
         if isinstance(error, LinkError):
             self._worsen(Outcome.LINK_LOST)
-        elif isinstance(error, Refused | KinematicsError | Stopped):
-            self._worsen(Outcome.REFUSED if not isinstance(error, Stopped) else Outcome.ENDED_WELL)
-        else:
+        elif isinstance(error, Refused | KinematicsError):
+            self._worsen(Outcome.REFUSED)
+        elif not isinstance(error, Stopped):
             self._worsen(Outcome.ERROR_STOP)
 
     def _worsen(self, outcome: Outcome) -> None:
@@ -198,11 +190,8 @@ class Mission:
 
     def _note(self, words: str) -> None:
         arm = self.stage.arm
-        state = (
-            f"{arm.parts.core.state.value}, {arm.parts.core.belief.trust.value}"
-            if arm
-            else "no program"
-        )
+        core = arm.parts.core if arm is not None else None
+        state = f"{core.state.value}, {core.belief.trust.value}" if core else "no program"
         self.log.append(f"{self.stage.now_s:9.3f} [{state}] {words}")
 
     # -- what an operator does ------------------------------------------------------------------
@@ -211,9 +200,8 @@ class Mission:
         """Bring the arm to where planned motion is possible; return whether that succeeded."""
         stage = self.stage
         for _ in range(TRIES):
-            if stage.arm is None and self._act("connect", connect) is not None:
-                continue
             if stage.arm is None:
+                self._act("connect", connect)
                 continue
             status = stage.arm.status
             if status.paused:  # a fault ended the action that had paused it
@@ -224,11 +212,11 @@ class Mission:
                 self._reconnect()
             elif status.state is State.ERROR_STOP:
                 self._worsen(Outcome.ERROR_STOP)
-                self._act("reset", lambda stage: call(stage, stage.arm.reset))
+                self._bring_back("reset", "reset")
             elif status.state is State.DISABLED:
-                self._act("enable", lambda stage: call(stage, stage.arm.enable))
+                self._bring_back("enable", "enable")
             elif status.state is not State.STANDBY:
-                self._act("stop", lambda stage: call(stage, stage.arm.stop))
+                self._bring_back("stop", "stop")
             elif not stage.arm.parts.core.position_known:
                 self._reference()
             else:
@@ -237,46 +225,47 @@ class Mission:
 
     def _reconnect(self) -> None:
         """Connect again: with the same program, or with another one."""
-        stage = self.stage
         if self.draw.random() < 0.5:
-            self._act("reconnect", lambda stage: call(stage, stage.arm.reconnect))
+            self._bring_back("reconnect", "reconnect")
             return
-        self._act("close", lambda stage: call(stage, stage.arm.close))
-        stage.program_ended()
+        self._bring_back("close", "close")
+        self.stage.program_ended()
         self._act("connect", connect)
 
     def _reference(self) -> None:
         """Reference the arm once it stands: confirm, declare its posture, or home."""
-        stage = self.stage
-        if stage.arm.status.trust is Trust.RESTORED and self.draw.random() < 0.5:
-            self._act("confirm", lambda stage: call(stage, stage.arm.reference.confirm_restored))
+        stage, arm = self.stage, self.stage.arm
+        assert arm is not None
+        if arm.status.trust is Trust.RESTORED and self.draw.random() < 0.5:
+            self._act(
+                "confirm",
+                lambda stage, _: call(stage, arm.reference.confirm_restored, references=True),
+            )
             return
         self._act(
-            "rest", lambda stage: call(stage, self._wait_until_still, None, LONGEST_REST_S + 5.0)
+            "rest",
+            lambda stage, _: call(stage, self._wait_until_still, None, LONGEST_REST_S + 5.0),
         )
         if stage.arm is None:
             return
         joints, opening_mm = stage.posture()
         if stage.arm.model.arm.violations(joints):  # the arm sagged or slipped beyond a limit
-            self._bring_back()
+            self._bring_inside()
             return
-        with stage.watch.reference_attempt() as succeeded:
-            stage.watch.begin_reference(no_faults=stage.no_faults)
-            stage.referenced_s = stage.now_s
-            error = self._act(
-                "declare",
-                lambda stage: call(
-                    stage, lambda: stage.arm.reference.declare(joints, opening_mm=opening_mm)
-                ),
-            )
-            if error is None and stage.arm is not None:
-                succeeded.append(True)
+        self._act(
+            "declare",
+            lambda stage, _: call(
+                stage,
+                lambda: arm.reference.declare(joints, opening_mm=opening_mm),
+                references=True,
+            ),
+        )
 
-    def _bring_back(self) -> None:
+    def _bring_inside(self) -> None:
         """Home; if the switches do not help, a person brings the arm to where it was found."""
         stage = self.stage
         error, device = self._act("home", home), stage.twin.device
-        if error is not None and stage.homes and device.powered and not device.moving:
+        if error is not None and self.homes and device.powered and not device.moving:
             self._note("  brought back by hand")
             stage.place_by_hand(*self._found_at)
 
@@ -286,7 +275,7 @@ class Mission:
         end_s = stage.now_s + LONGEST_REST_S
         while before != stage.look() and stage.now_s < end_s:
             before = stage.look()
-            stage.arm.sleep(STILL_S)
+            stage.sleep(STILL_S)
 
     # -- the end --------------------------------------------------------------------------------
 
@@ -294,21 +283,21 @@ class Mission:
         """End every fault, and check that the arm can be brought back and moves."""
         stage = self.stage
         self._faults_over = True
-        stage.schedule.clear()
+        stage.timeline.clear()
         stage.twin.faults.end()
         stage.disk.full = False
         stage.disk.kill_after = stage.link.kill_after = None
         stage.link.line.faults.lose_late()
         self._note("all faults are over")
         if stage.arm is not None:
-            self._act("rest", lambda stage: call(stage, lambda: stage.arm.sleep(5.0)))
+            self._act("rest", lambda stage, _: call(stage, lambda: stage.sleep(5.0)))
             check_trust(stage, strict=stage.arm.parts.core.state is State.STANDBY)
         for _ in range(3):
             if self._recover() and self._moves_again():
                 break
         else:
             raise Broken("the arm could not be brought back")
-        self._act("close", lambda stage: call(stage, stage.arm.close))
+        self._bring_back("close", "close")
 
     def _moves_again(self) -> bool:
         """Move to a goal that the driver must allow; return whether the arm went there.
@@ -316,22 +305,23 @@ class Mission:
         `call` checks that the physical arm has arrived. A refusal breaks a law.
         """
         stage = self.stage
-        if stage.watch.doubts.off_path:  # only the person at the arm can see that
+        assert stage.arm is not None
+        if stage.watch.hidden or not stage.is_true():  # only the person at the arm can see that
             self._reference()
-        goal = certain_goal(stage)
+        goal = certain_goal(stage, self.draw)
         if goal is None:  # the arm is inside a guard, or every path leads deeper into one
-            self._bring_back()
-            goal = certain_goal(stage)
+            self._bring_inside()
+            goal = certain_goal(stage, self.draw)
         if goal is None or stage.arm is None or not stage.arm.parts.core.position_known:
             return False
         before = stage.look()
-        error = self._act("last move_j", lambda stage: move_certainly(stage, goal))
+        error = self._act("last move_j", lambda stage, _: move_to_joints(stage, goal))
         if isinstance(error, OutOfBounds | KinematicsError):
             raise Broken(f"a motion that nothing forbids was refused: {error}")
         if error is not None or stage.arm.parts.core.state is not State.STANDBY:
             return False
-        if not (stage.look() - before).largest:
-            raise Broken("the arm was brought back, and its motors do not turn")
+        moved = (stage.look() - before).largest
+        check(moved > 0, "the arm was brought back, and its motors do not turn")
         return True
 
 

@@ -26,8 +26,7 @@ from armdrive.trace.files import parse_recording
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.trace.replay import replay
 from kinematics import KinematicsError
-
-from .disk import Disk
+from tests.scenarios.disk import Disk
 
 ROOT = Path(__file__).parent.parent.parent
 WHOLE = re.search(r"```toml\n(.*?)```", page("arm-file"), re.DOTALL)[1]

@@ -6,23 +6,17 @@ from typing import Any, ClassVar
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.parts import assemble
-from armdrive.connect.port import NewLink
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Operator
-from armdrive.registry import simulate
-from armdrive.runtime.clock import SimulatedClock, SimulatedPace
 from armdrive.sim.faults import parse_words
-from armdrive.sim.simulated_arm import SimulatedArm
-from armdrive.storage.record import RecordInMemory
+from kinematics import Motors
+from tests.scenarios.stage import Stage
 
 from .bench import Bench
 from .custom_arm import custom_config
 from .faults import PROFILE, STRIKES_S
 from .observation import Observation
 
-WAKES_S = 0.001
-"""How much later a driver in real time wakes after an event from outside."""
 BY_HAND = (7000, -4000, 2500, 1500, -1500, 900)
 """The counts by which a hand turns the motors: some degrees of each joint."""
 
@@ -77,58 +71,32 @@ class MemoryBench(Bench):
     @property
     def board(self) -> type:
         """The class of the simulated board."""
-        return type(self.twin.board)
+        return type(self.stage.twin.board)
 
     def operator(self) -> Operator:
         """Return the operator of the simulated arm."""
-        return self.twin.operator
+        return self.stage.twin.operator
 
     def _open(self, *, reconnect: bool = False, **options: Any) -> Arm:
-        # not by `Arm.connect`: the driver has to start at the device's present time
-        arm = Arm(
-            assemble(
-                self._config,
-                self.twin.link,
-                SimulatedPace(SimulatedClock(self._now_s)),
-                simulated=True,
-                record_store=self._record,
-                operator=self.twin.operator,
-                rewiring=NewLink(self.twin.link.reopen, reconnect),
-                **options,
-            )
-        )
-        arm.twin = self.twin
-        return arm
+        return self.stage.connect(automatic=reconnect, **options)
 
     def look(self) -> Observation:
         """Observe the simulated arm at the driver's present time."""
-        self._keep_time()
-        world = self.twin.world
-        return Observation(
-            self._now_s,
-            world.motors,
-            world.tip,
-            world.opening_mm,
-            world.energised,
-            self.twin.device.powered,
-        )
+        stage = self.stage
+        motors, world = stage.look(), stage.world
+        powered = stage.twin.device.powered
+        tip, opening_mm = world.tip, world.opening_mm
+        return Observation(stage.now_s, motors, tip, opening_mm, world.energised, powered)
 
     def sleep(self, time_s: float) -> None:
         """Let time pass for the driver, and for a device without a driver."""
-        until_s = self._now_s + time_s
-        if self.arm is not None:
-            self.arm.sleep(time_s)
-        self._now_s = max(self._now_s, until_s)
-        self._keep_time()
-        if self.arm is None or self.arm.parts.engine.broken is not None:
-            self.twin.link.line.advance(self._now_s)
+        self.stage.sleep(time_s)
 
     def start_afresh(self) -> None:
         """Use a new simulated device, and forget all records."""
-        super().disconnect()
-        self._record = RecordInMemory()
-        self._now_s = 0.0
-        self.twin: SimulatedArm = simulate(self._config, **self._variant.board)
+        if self.arm is not None:
+            super().disconnect()
+        self.stage = Stage(self._config, self._variant.board)
 
     def use_arm_file(self, lines: str) -> None:
         """Use the simulated device of an arm file with more lines."""
@@ -137,34 +105,25 @@ class MemoryBench(Bench):
 
     def turn_by_hand(self) -> bool:
         """Turn the shafts of drives on a bus, whose simulated motions take the longest."""
-        if self.row.can:
-            self.twin.device.jog(BY_HAND)
-        return self.row.can
+        return self.row.can and self.stage.turn_by_hand(Motors(BY_HAND))
 
     def call_later(self, time_s: float, call: Callable[[], object]) -> None:
-        """Call a function by the device's clock; the driver wakes a moment later."""
-        self._keep_time()
-        self.twin.device.at(self._now_s + time_s, call)
-        self.twin.device.at(self._now_s + time_s + WAKES_S, lambda: None)
+        """Call a function in simulated time, before the driver's next step."""
+        self.stage.timeline.at(self.stage.now_s + time_s, call)
 
     def disconnect(self) -> None:
-        """Close the driver, and connect a new wire to the device."""
-        if (arm := self.arm) is not None:
-            super().disconnect()
-            self._now_s = max(self._now_s, arm.parts.pace.now_s())
-            self.twin = SimulatedArm.of(self._config, self.twin.device)
-
-    def _keep_time(self) -> None:
-        if self.arm is not None:
-            self._now_s = max(self._now_s, self.arm.parts.pace.now_s())
+        """Close the driver."""
+        super().disconnect()
+        self.stage.program_ended()
 
     def fault(self, words: str) -> None:
         """Inject a fault, in the words of the console."""
-        self.twin.faults.ask(parse_words(words.split()))
+        self.stage.look()
+        self.stage.twin.faults.ask(parse_words(words.split()))
 
     def heal(self) -> None:
         """End every fault."""
-        self.twin.faults.end()
+        self.stage.twin.faults.end()
 
     def replug_elsewhere(self) -> None:
         """Put the cable back."""

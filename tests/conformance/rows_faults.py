@@ -14,10 +14,11 @@ from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
 from kinematics import Motors
+from tests.scenarios.happenings import HAPPENINGS, Effect, Happening
 
 from .behaviour import IN_SIMULATION, MOVING, STANDING, Behaviour, Moment
 from .bench import Bench
-from .faults import FAULTS, STRIKES_S, Fault, expected_error
+from .faults import RULES, STRIKES_S, expected_error, misdirects
 from .motions import begin_joints, joints_from, motors_at_end
 from .observation import ON_THE_STEP, Observation, check
 from .rows_connecting import a_wire_that_comes_back_moves_nothing, connect_moves_nothing
@@ -38,7 +39,7 @@ NOTICED_S = 0.6
 ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
 
-def survives_in_motion(bench: Bench, fault: Fault) -> None:
+def survives_in_motion(bench: Bench, fault: Happening) -> None:
     """Check the law for a fault that strikes a moving arm."""
     for moment_s in bench.fault_moments_s:
         bench.start_afresh()
@@ -48,7 +49,7 @@ def survives_in_motion(bench: Bench, fault: Fault) -> None:
         _check_recovery(bench, arm, fault, sagged=sagged, reconnects=True)
 
 
-def survives_while_idle(bench: Bench, fault: Fault) -> None:
+def survives_while_idle(bench: Bench, fault: Happening) -> None:
     """Check the law for a fault that strikes a standing arm."""
     arm = _ready(bench)
     before = bench.look()
@@ -64,7 +65,7 @@ def survives_while_idle(bench: Bench, fault: Fault) -> None:
     _check_recovery(bench, arm, fault, sagged=sagged)
 
 
-def inject(bench: Bench, fault: Fault, after_s: float = 0.0) -> None:
+def inject(bench: Bench, fault: Happening, after_s: float = 0.0) -> None:
     """Inject a fault, now or later."""
     when = f" @{after_s:g}" if after_s else ""
     for words in fault.words:
@@ -83,7 +84,7 @@ def _ready(bench: Bench) -> Arm:
     return arm
 
 
-def _move_under(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
+def _move_under(bench: Bench, arm: Arm, fault: Happening, moment_s: float) -> bool:
     """Move the arm under a fault; return whether the motors lost their current at any time."""
     start = bench.look()
     inject(bench, fault, moment_s)
@@ -102,7 +103,7 @@ def _move_under(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
         on_s, most_s = last_s - start.time_s - moment_s, silent_s + NOTICED_S + bench.noise_s
         check(on_s <= most_s, f"it moved on for {on_s:.2f} s after the fault, not {most_s:.2f}")
     sagged = not all(each.energised for each in seen)
-    if not (fault.misdirects(bench) or sagged):
+    if not (misdirects(fault, bench) or sagged):
         check(
             rest.after_s <= silent_s + bench.noise_s,
             f"the call had ended, and the arm moved on for {rest.after_s:.2f} s",
@@ -129,7 +130,7 @@ def _only_typed(call: Callable[[], object]) -> str:
 
 
 def reports_as_expected(
-    bench: Bench, arm: Arm, fault: Fault, moment: Moment, error: str | None = None
+    bench: Bench, arm: Arm, fault: Happening, moment: Moment, error: str | None = None
 ) -> bool:
     """Check the error that is reported, if the table of expected errors has a row for the fault.
 
@@ -151,21 +152,21 @@ def reports_as_expected(
 
 
 def _check_recovery(
-    bench: Bench, arm: Arm, fault: Fault, *, sagged: bool, reconnects: bool = False
+    bench: Bench, arm: Arm, fault: Happening, *, sagged: bool, reconnects: bool = False
 ) -> None:
     """Check the arm after the fault, bring it back, and check that it moves."""
     before = bench.look()
     bench.sleep(IDLE_S)
-    if not (sagged or fault.misdirects(bench)):
+    if not (sagged or misdirects(fault, bench)):
         check(bench.look().motors == before.motors, "the arm moved by itself after the fault")
-    if fault.evident:
+    if fault.effect is not Effect.SLIPS:  # a stepper gives no evidence of that
         bench.check_trust(arm)
     arm = bring_back(bench, arm, reconnects=reconnects)
     bench.reference(arm)
     try:
         check_moves(bench, arm)
     except ArmError:
-        if not fault.misdirects(bench):
+        if not misdirects(fault, bench):
             raise
         # a damaged line in the device's buffer may spoil the first motion after a fault
         arm = bring_back(bench, arm)
@@ -218,7 +219,7 @@ def replugged_under_another_name(bench: Bench) -> None:
     check_moves(bench, arm)
 
 
-DATAGRAMS = tuple(fault for fault in FAULTS if fault.name.startswith("a message "))
+DATAGRAMS = tuple(fault for fault in HAPPENINGS if fault.name.startswith("a message "))
 """The faults of the simulator that a network can cause."""
 
 
@@ -238,13 +239,14 @@ OVER_UDP = (
 ROWS = (
     *(
         Behaviour(f"{fault.name}, in motion", "fault", partial(survives_in_motion, fault=fault),
-                  needs=fault.needs, transports=IN_SIMULATION, strikes=(fault.name, MOVING))
-        for fault in FAULTS
+                  needs=RULES[fault.needs], transports=IN_SIMULATION, strikes=(fault.name, MOVING))
+        for fault in HAPPENINGS
     ),
     *(
         Behaviour(f"{fault.name}, standing", "fault", partial(survives_while_idle, fault=fault),
-                  needs=fault.needs, transports=IN_SIMULATION, strikes=(fault.name, STANDING))
-        for fault in FAULTS
+                  needs=RULES[fault.needs], transports=IN_SIMULATION,
+                  strikes=(fault.name, STANDING))
+        for fault in HAPPENINGS
         if fault.idle
     ),
     Behaviour("the cable is back under another port name", "fault", replugged_under_another_name,

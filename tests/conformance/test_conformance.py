@@ -13,10 +13,11 @@ from waiting import LONG_S
 from armdrive.connect.target import state_file
 from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
+from tests.scenarios.happenings import HAPPENINGS
 
 from .behaviour import EVERYWHERE, STANDING, Behaviour
 from .bench import Bench
-from .faults import EXPECTED_ERRORS, FAULTS
+from .faults import EXPECTED_ERRORS
 from .memory_bench import VARIANTS, MemoryBench, ThoroughMemoryBench, Variant
 from .observation import Broken
 from .real_time_bench import PortBench, PtyBench
@@ -39,7 +40,7 @@ def kind(dialect: str) -> tuple[bool, bool]:
     return row.can, bool(row.abilities.queued_segments)
 
 
-IDLE_FAULTS = {fault.name for fault in FAULTS if fault.idle}
+IDLE_FAULTS = {fault.name for fault in HAPPENINGS if fault.idle}
 
 
 def turn_of(row: Behaviour) -> int:

@@ -14,13 +14,13 @@ from filelock import Timeout
 
 from armdrive.errors import BadRequest
 from armdrive.registry import dialect
+from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.faults import parse_words
 from tests.conformance import rows_faults
-from tests.conformance.behaviour import on_bus
 from tests.conformance.custom_arm import custom_config, measured_lines
-from tests.conformance.faults import FAULTS
 from tests.conformance.real_time_bench import DeviceProcess, port_lock
 from tests.conformance.running import Verdict
+from tests.scenarios.happenings import HAPPENINGS
 
 from . import avr_bench, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X, AvrBoard, Coil
@@ -171,7 +171,7 @@ def test_a_bench_drives_an_arm_whose_dimensions_are_measured(name):
 
 
 @every_row(
-    "words", [words for fault in FAULTS if on_bus not in fault.needs for words in fault.words]
+    "words", [word for each in HAPPENINGS if each.needs is not DrivesBoard for word in each.words]
 )
 def test_every_fault_of_a_serial_line_is_a_command_of_the_control_port(words):
     known = set(re.findall(r'^    \{"(\w+)", \w+,', SOURCE, re.MULTILINE))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from armdrive.storage.files import StateFiles, is_leftover
 
-from .clock import CampaignPace
+from .program import ProgramTime
 
 
 class Disk(StateFiles):
@@ -15,7 +15,7 @@ class Disk(StateFiles):
     def __init__(self) -> None:
         self.texts: dict[Path, bytes] = {}
         self.full = False
-        self.owner: CampaignPace | None = None
+        self.owner: ProgramTime | None = None
         self.kill_after: int | None = None
         """Operations until the program is killed; None for never."""
         self._handles: dict[int, Path] = {}

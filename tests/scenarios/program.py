@@ -1,4 +1,8 @@
-"""Simulated time that outlives a program, and can kill it, suspend it, or find that it hangs."""
+"""The simulated time of programs, which can be killed or suspended, or hang.
+
+A `ProgramTime` drives the engine of one program. The `Timeline` outlives programs: it has what is
+due at moments of the simulated time, and the deadline of the present call.
+"""
 
 import math
 import signal
@@ -15,18 +19,13 @@ from armdrive.transports.link import Link
 MAX_TURNS_AT_ONCE = 10_000
 """An engine that takes more turns than this while no time passes hangs. The simulated clock notices
 that too, later, but ends the call with an error that looks like a normal one."""
-
+CALL_TURNS = 1_000_000
+"""The most turns of the engine in one call. CAN drives take 200,000 in a pause of ten minutes."""
+GRACE_S = 5.0
+"""A call that is this late hangs. One that is less late is reported with how late it was."""
 CPU_S = 900.0
 """The processor time that one mission may take. A busy computer does not shorten it. The longest
 missions take a minute; the limit is for code that never lets the engine take a turn."""
-
-GRACE_S = 5.0
-"""A call that is this late hangs. One that is less late is reported with how late it was."""
-CALL_TURNS = 1_000_000
-"""The most turns of the engine in one call. CAN drives take 200,000 in a pause of ten minutes."""
-MISSION_TURNS = 4_000_000
-MISSION_S = 4 * 3600.0
-"""The most turns in a mission, and the longest simulated time, without suspensions."""
 
 
 class ProgramKilled(BaseException):
@@ -58,19 +57,19 @@ def cpu_limit(most_s: float = CPU_S) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-class Schedule:
-    """Actions that are due at moments of the host's time, and the deadlines of the mission."""
+class Timeline:
+    """Actions that are due at moments of the simulated time, and the deadline of a call."""
 
     def __init__(self) -> None:
-        self._due: TimeQueue[Callable[[], None]] = TimeQueue()
-        self.deadlines = Deadlines()
+        self._due: TimeQueue[Callable[[], object]] = TimeQueue()
+        self._call, self._until_s, self._turns = "", math.inf, 0
 
     @property
     def next_s(self) -> float:
         """When the next action is due."""
         return self._due.next_s
 
-    def at(self, time_s: float, action: Callable[[], None]) -> None:
+    def at(self, time_s: float, action: Callable[[], object]) -> None:
         """Run an action at a time."""
         self._due.put(time_s, action)
 
@@ -83,49 +82,33 @@ class Schedule:
         for action in self._due.due(now_s):
             action()
 
-
-class Deadlines:
-    """How long a mission and its present call may last, in simulated time and in engine turns."""
-
-    def __init__(self) -> None:
-        self._call = ""
-        self._turns = self._call_turns = 0
-        self._until_s, self._mission_until_s = math.inf, MISSION_S
-
-    def begin(self, call: str, until_s: float) -> None:
+    def begin_call(self, call: str, until_s: float) -> None:
         """Begin a call that has to end by a time."""
-        self._call, self._until_s, self._call_turns = call, until_s + GRACE_S, 0
+        self._call, self._until_s, self._turns = call, until_s + GRACE_S, 0
 
-    def end(self) -> None:
+    def end_call(self) -> None:
         """End the call."""
-        self._call, self._until_s, self._call_turns = "", math.inf, 0
+        self._call, self._until_s = "", math.inf
 
     def postpone(self, by_s: float) -> None:
-        """Add time in which the program was suspended."""
+        """Give the call more time: its program was suspended."""
         self._until_s += by_s
-        self._mission_until_s += by_s
 
-    def turn(self, now_s: float) -> None:
-        """Count a turn of the engine. Raises `Hang` beyond a limit."""
+    def count_turn(self, now_s: float) -> None:
+        """Count a turn of the engine. Raises `Hang` if the present call takes too many, or late."""
         self._turns += 1
-        self._call_turns += 1
-        late = now_s > min(self._until_s, self._mission_until_s)
-        if late or self._call_turns > CALL_TURNS or self._turns > MISSION_TURNS:
-            raise Hang(
-                f"{self._call or 'the mission'} had not ended at {now_s:.1f} s, after "
-                f"{self._call_turns} turns of the engine in this call and {self._turns} in all"
-            )
+        if self._call and (now_s > self._until_s or self._turns > CALL_TURNS):
+            raise Hang(f"{self._call} had not ended at {now_s:.1f} s, after {self._turns} turns")
 
 
-class CampaignPace(SimulatedPace):
+class ProgramTime(SimulatedPace):
     """The time of one program, which starts where the last program's time ended."""
 
-    def __init__(self, start_s: float, schedule: Schedule) -> None:
+    def __init__(self, start_s: float, timeline: Timeline) -> None:
         super().__init__(SimulatedClock(start_s))
-        self._schedule = schedule
+        self._timeline = timeline
         self._driven_engine: Engine | None = None
-        self._turns = 0
-        self._turned_s = -math.inf
+        self._turns, self._turned_s = 0, -math.inf
         self.dead = False
         self.on_kill: Callable[[], None] = lambda: None
         """Called once when the program is killed."""
@@ -140,18 +123,18 @@ class CampaignPace(SimulatedPace):
     def advance(self, now_s: float) -> float:
         """Run the actions that are due, and then the engine's turn."""
         self.check_alive()
-        self._schedule.run_due(now_s)
+        self._timeline.run_due(now_s)
         self.check_alive()
         self._turns = self._turns + 1 if now_s <= self._turned_s else 0
         self._turned_s = now_s
-        self._schedule.deadlines.turn(now_s)
+        self._timeline.count_turn(now_s)
         if self._turns > MAX_TURNS_AT_ONCE:
             raise Hang(f"the engine was called {MAX_TURNS_AT_ONCE} times at {now_s:.3f} s")
         assert self._driven_engine is not None
         now_s = max(self.clock.now_s, now_s)
         if self._driven_engine.broken is not None:
             self.advance_world(now_s)
-        return min(self._driven_engine.advance(now_s), self._schedule.next_s)
+        return min(self._driven_engine.advance(now_s), self._timeline.next_s)
 
     due_s = -math.inf
     """Take a turn at every event of the device, as an engine does."""
@@ -181,6 +164,6 @@ class CampaignPace(SimulatedPace):
     def suspend(self, by_s: float) -> None:
         """Let `by_s` pass at once, as a program sees it that was suspended meanwhile."""
         self.clock.now_s += by_s
-        self._schedule.deadlines.postpone(by_s)
+        self._timeline.postpone(by_s)
         if self._driven_engine is not None:
             self._driven_engine.suspended(by_s)
