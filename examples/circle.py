@@ -2,7 +2,7 @@
 
 Runs unattended on the simulated arm, and on an arm of yours by its name:
 
-    armdrive run circle.py --arm NAME --check        rehearse it first: nothing moves
+    armdrive run circle.py --arm NAME --check        on a simulated arm first
     armdrive run circle.py --arm NAME
 
 Hold a pen in the fingers, point down, and say in the arm file how far it stands out of them

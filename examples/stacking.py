@@ -3,7 +3,7 @@
 Runs unattended on the simulated arm, which gets its blocks first, and on an arm of yours by its
 name: reference it (`armdrive home`), lay four cubes of 25 mm out as the table says, and
 
-    armdrive run stacking.py --arm NAME --check        rehearse it first: nothing moves
+    armdrive run stacking.py --arm NAME --check        on a simulated arm first
     armdrive run stacking.py --arm NAME
 
     block    column  row     x     y     the middle of each block, in mm from the arm's base

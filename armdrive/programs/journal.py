@@ -6,9 +6,8 @@ one small file for each arm. It survives a power cut, and is deleted when the pr
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -49,7 +48,7 @@ from kinematics.spaces import Joints
 from kinematics.text import deg_text, mm_text
 
 # The format of a journal. One of another number was written by another version, and is refused.
-FORMAT = 3
+FORMAT = 4
 
 # Bytes. What is longer is not even read.
 LONGEST_JOURNAL = 8_000_000
@@ -61,8 +60,7 @@ class JournalEntry:
 
     A machine restored from `snapshot` gives the interrupted act again. `began` is where the arm
     stood when that act began, None if that was unknown; `move` is its resolved move, None if it had
-    none or was refused. `loop` counts from 1 and `loops` is how many were asked for. `why` says
-    what ended the program, if there was time to write it down.
+    none or was refused. `loop` counts from 1 and `loops` is how many were asked for.
     """
 
     arm: str
@@ -75,7 +73,6 @@ class JournalEntry:
     loop: int = 1
     loops: int = 1
     outputs: int = 0
-    why: str = ""
 
 
 class Journal:
@@ -93,54 +90,37 @@ class Journal:
         self._program = str(program)
         self._sha256 = sha256
         self._loops = loops
-        self._entry: JournalEntry | None = None
 
     def begins(self, step: RunStep, machine: Machine) -> None:
         """Write down where the program is. After a `StateFileError` the act does not begin."""
-        self._write(
-            JournalEntry(
-                self._arm.config.name,
-                self._program,
-                self._sha256,
-                step.mark.line,
-                machine.snapshot(),
-                standing(self._arm),
-                step.move,
-                step.loop,
-                self._loops,
-                self._performer.outputs,
-            )
+        entry = JournalEntry(
+            self._arm.config.name,
+            self._program,
+            self._sha256,
+            step.mark.line,
+            machine.snapshot(),
+            standing(self._arm),
+            step.move,
+            step.loop,
+            self._loops,
+            self._performer.outputs,
         )
-
-    @contextlib.contextmanager
-    def explained(self) -> Iterator[None]:
-        """Write down what ends the program early. A failure to write it hides no error."""
-        try:
-            yield
-        except BaseException as error:
-            with contextlib.suppress(Exception):
-                self.note_failure(error)
-            raise
-
-    def note_failure(self, error: BaseException) -> None:
-        """Write down why the program ended early, if anything had begun."""
-        if self._entry is not None:
-            self._write(replace(self._entry, why=str(error) or type(error).__name__))
-
-    def finish(self) -> None:
-        """Forget the program, which has ended well."""
-        self._entry = None
-        _removed(self.path)
-
-    def _write(self, entry: JournalEntry) -> None:
-        self._entry = entry
         try:
             replace_durably(DISK, self.path, sealed(_ENTRY.write(entry), FORMAT))
         except OSError as error:
             raise StateFileError(
                 f"the program could not be resumed after an interruption, so nothing moves: "
-                f"{self.path} cannot be written "
-                f"({reason_of(error)})"
+                f"{self.path} cannot be written ({reason_of(error)})"
+            ) from None
+
+    def finish(self) -> None:
+        """Forget the program, which has ended well."""
+        try:
+            remove_durably(DISK, self.path)
+        except OSError as error:
+            raise StateFileError(
+                f"the program has ended, but {self.path} cannot be removed ({reason_of(error)}): "
+                "remove it, or the program could be resumed once more"
             ) from None
 
 
@@ -187,18 +167,7 @@ _ENTRY = record(
     loop=WHOLE,
     loops=WHOLE,
     outputs=WHOLE,
-    why=TEXT,
 )
-
-
-def _removed(path: Path) -> None:
-    try:
-        remove_durably(DISK, path)
-    except OSError as error:
-        raise StateFileError(
-            f"the program has ended, but {path} cannot be removed ({reason_of(error)}): "
-            "remove it, or the program could be resumed once more"
-        ) from None
 
 
 # Whether an interrupted program may be resumed: only if the arm is still where it was.
@@ -266,11 +235,7 @@ def require_place(
         here = arm.parts.core.position.coordinates
     began = replace(entry.began, joints=joints_of(entry.began.joints.deg, arm))
     moves = _single_moves(entry.move)
-    # the latest move that fits: what an earlier one did, such as a grasp, is not done twice
-    last = max(
-        (index for index, leg in enumerate(_legs(arm, began, moves)) if leg.passes(here)),
-        default=None,
-    )
+    last = _move_under_way(arm, here, began, moves)
     if last is None:
         raise Refused(_elsewhere(here, began, how, move))
     return cast(ProgramMove, MoveSequence(moves[last:])) if len(moves) > 1 else entry.move
@@ -282,51 +247,45 @@ def _single_moves(move: ProgramMove | None) -> Sequence[SingleMove]:
     return move.moves if isinstance(move, MoveSequence) else (move,)
 
 
-@dataclass(frozen=True, slots=True)
-class _Leg:
-    """Where an arm may be during one of the moves: postures, and openings of the fingers."""
+def _move_under_way(
+    arm: Arm, here: ArmCoordinates, began: ArmCoordinates, moves: Sequence[SingleMove]
+) -> int | None:
+    """Return the index of the latest move that passes through where the arm stands.
 
-    postures: tuple[Joints, ...]
-    openings_mm: tuple[float, ...]
-
-    def passes(self, here: ArmCoordinates) -> bool:
-        """Return whether an arm that stands there may be in the middle of this move."""
-        fingers = not self.openings_mm or (
-            min(self.openings_mm) - NEAR_MM <= here.opening_mm <= max(self.openings_mm) + NEAR_MM
-        )
-        return fingers and any(_near(here.joints, posture) for posture in self.postures)
-
-
-def _near(here: Joints, there: Joints) -> bool:
-    return all(abs(a - b) <= NEAR_RAD for a, b in zip(here, there, strict=True))
-
-
-def _legs(arm: Arm, began: ArmCoordinates, moves: Sequence[SingleMove]) -> Iterator[_Leg]:
-    """Yield what each move passes through; the first begins where the act began."""
-    ground = ground_of(arm.parts, arm.points, began)
-    if not moves:
-        yield _leg(arm, ground.here)
-    for move in moves:
-        here, end_mm = ground.here, ground.here.opening_mm
+    The latest, because what an earlier one did, such as a grasp, is not done twice. The first move
+    begins where the act `began`; without any move the arm has to stand there.
+    """
+    ground, found = ground_of(arm.parts, arm.points, began), None
+    for index, move in enumerate(moves or [None]):
+        start, way = ground.here, [ground.here.joints]
+        end_mm = 0.0 if isinstance(move, GraspMove) else start.opening_mm
+        refused = move is None
         try:
-            plan = prepare(move, ground).plan
+            plan = None if move is None else prepare(move, ground).plan
         except (ArmError, KinematicsError):
-            yield _leg(arm, here)
-            return  # this move is refused, so the arm cannot have come further
-        if isinstance(move, GraspMove):
-            end_mm = 0.0
-        if plan is None:
-            yield _leg(arm, here, end_mm)
-            continue
-        yield _leg(arm, here, plan.end.opening_mm, *postures_along(arm.model.arm, plan))
-        ground = ground.at(plan.end)
+            refused = True  # the arm cannot have come further
+        else:
+            if plan is not None:
+                way += postures_along(arm.model.arm, plan)
+                end_mm = plan.end.opening_mm
+                ground = ground.at(plan.end)
+        if _fits(arm, here, way, (start.opening_mm, end_mm)):
+            found = index
+        if refused:
+            break
+    return found
 
 
-def _leg(arm: Arm, here: ArmCoordinates, end_mm: float | None = None, *way: Joints) -> _Leg:
-    if not arm.parts.core.transmission.has_gripper:
-        return _Leg((here.joints, *way), ())  # a servo reports no opening
-    end = here.opening_mm if end_mm is None else end_mm
-    return _Leg((here.joints, *way), (here.opening_mm, end))
+def _fits(
+    arm: Arm, here: ArmCoordinates, way: Sequence[Joints], openings_mm: tuple[float, float]
+) -> bool:
+    least_mm, most_mm = min(openings_mm) - NEAR_MM, max(openings_mm) + NEAR_MM
+    # a servo reports no opening
+    fingers = not arm.parts.core.transmission.has_gripper or least_mm <= here.opening_mm <= most_mm
+    return fingers and any(
+        all(abs(a - b) <= NEAR_RAD for a, b in zip(here.joints, posture, strict=True))
+        for posture in way
+    )
 
 
 def _elsewhere(here: ArmCoordinates, began: ArmCoordinates, how: str, move: str) -> str:

@@ -10,12 +10,11 @@ assumes them, and lists its assumptions. A refusal is part of the result.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import Any, cast
+from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.arm.device import input_bits
@@ -33,11 +32,9 @@ from armdrive.programs.acts import (
     Hold,
     Home,
     Look,
-    Outputs,
     ReadInput,
     Remember,
     RunStep,
-    Say,
 )
 from armdrive.programs.problems import SourceLines, SourceMark
 from armdrive.programs.program import Machine
@@ -53,7 +50,7 @@ from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import simulate
 from armdrive.runtime.clock import PaceChoice
 from armdrive.runtime.position import ArmCoordinates
-from armdrive.sim.world.table import GripScene, Incident, TableBlock
+from armdrive.sim.world.table import TableBlock
 from armdrive.status import Trust
 from armdrive.tasks import Difference
 from kinematics.errors import KinematicsError
@@ -80,8 +77,6 @@ class RehearsalOptions:
 
 DEFAULT_OPTIONS = RehearsalOptions()
 
-WORDS = {True: "on", False: "off"}
-
 # The longest sleep of a twin: during a longer wait nothing more happens to it.
 NAP_S = 1.0
 
@@ -102,20 +97,6 @@ class Assumption:
         return f"line {self.mark.line}: {self.text}" if self.mark is not None else self.text
 
 
-class Assumptions:
-    """The assumptions of a rehearsal, each once for each place in the program."""
-
-    def __init__(self) -> None:
-        self.found: list[Assumption] = []
-        self.mark: SourceMark | None = None
-
-    def note(self, text: str, *, matters: bool = True) -> None:
-        """Add an assumption at the present place."""
-        made = Assumption(text, self.mark, matters)
-        if made not in self.found:
-            self.found.append(made)
-
-
 class UnattendedPerson:
     """The person of a rehearsal, who continues every program at once."""
 
@@ -126,60 +107,33 @@ class UnattendedPerson:
         """Return at once."""
 
 
-KNOWN_THINGS = "the fingers find what the simulated world has there, and not the assumed width"
-
-
-class Things:
-    """The object that the fingers find: always `width_mm` wide, or none.
-
-    If the world around the arm is `known`, the fingers find what is really there.
-    """
-
-    def __init__(self, assumptions: Assumptions, width_mm: float | None, *, known: bool) -> None:
-        self._assumptions = assumptions
-        self._width_mm = width_mm
-        self._known = known
-        self._names = count(1)
-
-    def before_grasp(self, arm: Arm) -> None:
-        """Put the assumed object between the fingers of a twin, if it fits there."""
-        if self._known or arm.twin is None:
-            if self._width_mm is not None:
-                self._assumptions.note(KNOWN_THINGS, matters=False)
-            return
-        if self._width_mm is None:
-            self._assumptions.note("the fingers find nothing")
-            return
-        self._assumptions.note(f"the fingers find something {self._width_mm:g} mm wide")
-        world = arm.twin.world
-        if world.scene.held is None and world.opening_mm > self._width_mm:
-            x_mm, y_mm, z_mm = world.tip
-            name = f"assumed-{next(self._names)}"
-            high_mm = 2.0 * max(z_mm, self._width_mm / 2.0)
-            world.put(TableBlock(name, x_mm, y_mm, 0.0, self._width_mm, high_mm))
+KNOWN_OBJECTS = "the fingers find what the simulated world has there, and not the assumed width"
 
 
 class Rehearser(Performer):
-    """Carries out acts on a twin."""
+    """Carries out acts on a twin of the arm that was `seen`, and lists what it assumes for that.
 
-    def __init__(
-        self,
-        twin: Arm,
-        assumptions: Assumptions,
-        *,
-        inputs: Mapping[int, bool],
-        things: Things,
-        outputs: int = 0,
-    ) -> None:
+    Each assumption is listed once for each place in the program.
+    """
+
+    def __init__(self, twin: Arm, seen: SeenArm, options: RehearsalOptions, outputs: int) -> None:
         super().__init__(twin, UnattendedPerson(), outputs=outputs)
-        if inputs:
-            input_bits(
-                twin.parts.core, tuple(inputs)
-            )  # raises for an input that the arm does not have
-        self._assumptions = assumptions
-        self._inputs = inputs
+        if options.inputs:
+            # raises for an input that the arm does not have
+            input_bits(twin.parts.core, tuple(options.inputs))
+        self.assumptions: list[Assumption] = []
+        self.mark: SourceMark | None = None
+        self.path: list[Point] = []
+        self._seen = seen
+        self._options = options
         self._switched: set[int] = set()
-        self._things = things
+        self._objects = count(1)
+
+    def assume(self, text: str, *, matters: bool = True) -> None:
+        """List an assumption at the present place."""
+        made = Assumption(text, self.mark, matters)
+        if made not in self.assumptions:
+            self.assumptions.append(made)
 
     @property
     def fingerprint(self) -> object:
@@ -196,33 +150,60 @@ class Rehearser(Performer):
 
     def switch(self, inputs: set[int]) -> bool:
         """Switch on inputs of which nothing is known; return whether there were any left."""
-        fresh = inputs - self._inputs.keys() - self._switched
+        fresh = inputs - self._options.inputs.keys() - self._switched
         self._switched |= fresh
         return bool(fresh)
 
     def _go(self, act: Go) -> float | None:
         if isinstance(act.move, GraspMove):
-            self._things.before_grasp(self.arm)
+            self._put_object()
+        elif self._options.traced:
+            self.path += self.arm.preview(act.move).path
         return super()._go(act)
 
+    def _put_object(self) -> None:
+        """Put the assumed object between the fingers, if it fits there."""
+        width_mm, twin = self._options.width_mm, self.arm.twin
+        if self._seen.world is not None or twin is None:
+            if width_mm is not None:
+                self.assume(KNOWN_OBJECTS, matters=False)
+            return
+        if width_mm is None:
+            self.assume("the fingers find nothing")
+            return
+        self.assume(f"the fingers find something {width_mm:g} mm wide")
+        world = twin.world
+        if world.scene.held is None and world.opening_mm > width_mm:
+            x_mm, y_mm, z_mm = world.tip
+            high_mm = 2.0 * max(z_mm, width_mm / 2.0)
+            name = f"assumed-{next(self._objects)}"
+            world.put(TableBlock(name, x_mm, y_mm, 0.0, width_mm, high_mm))
+
+    def _home(self, _: Home) -> None:
+        # of an arm whose position was only assumed, the run takes the reference
+        if self._seen.position is None or not self.arm.parts.core.position_known:
+            self.arm.home()
+
     def _read_input(self, act: ReadInput) -> bool:
-        number = act.number
+        number, known = act.number, self._options.inputs
         input_bits(self.arm.parts.core, number)  # raises for an input that the arm does not have
         later = " later" if number in self._switched else ""
-        on = self._inputs.get(number, number in self._switched)
-        text = f"input {number} is {WORDS[on]}{later}"
-        self._assumptions.note(text, matters=number not in self._inputs)
+        on = known.get(number, number in self._switched)
+        self.assume(
+            f"input {number} is {'on' if on else 'off'}{later}", matters=number not in known
+        )
         return on
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
         """Assume that inputs come at once, except those that the person has set."""
+        known = self._options.inputs
         input_bits(self.arm.parts.core, (*act.high, *act.low))
-        on = all(self._inputs.get(number, True) for number in act.high)
-        off = not any(self._inputs.get(number, False) for number in act.low)
+        on = all(known.get(number, True) for number in act.high)
+        off = not any(known.get(number, False) for number in act.low)
         if (on and off) or act.within_s is None:
-            self._assumptions.note(f"{act} at once")
+            self.assume(f"{act} at once")
             return True
-        self._assumptions.note(f"in {act.within_s:g} s it does not happen that {act}")
+        self.assume(f"in {act.within_s:g} s it does not happen that {act}")
         self.arm.sleep(min(act.within_s, NAP_S))
         return False
 
@@ -230,45 +211,10 @@ class Rehearser(Performer):
         self.arm.sleep(min(act.time_s, NAP_S))
 
     def _hold(self, act: Hold) -> None:  # noqa: ARG002 - as every hold
-        self._assumptions.note("a person continues it at once", matters=False)
+        self.assume("a person continues it at once", matters=False)
 
     def _remember(self, act: Remember) -> None:
         """Leave the arm's points as they are."""
-
-
-# The physical path of a simulated arm's tip, for the picture of a rehearsal.
-
-# The least distance between two points of the path.
-NEAREST_MM = 1.0
-
-
-class TracedScene:
-    """Records the motions of the tip on their way to a scene, and forwards everything else."""
-
-    def __init__(self, arm: Arm, scene: GripScene, path: list[Point]) -> None:
-        self._arm = arm
-        self._scene = scene
-        self._path = path
-
-    def follow(
-        self, before: Point, after: Point, opening_mm: float, time_s: float
-    ) -> list[Incident]:
-        """Record where the tip goes, once the arm's position is known."""
-        if self._arm.parts.core.position_known:
-            for point in (before, after):
-                if not self._path or math.dist(self._path[-1], point) >= NEAREST_MM:
-                    self._path.append(point)
-        return self._scene.follow(before, after, opening_mm, time_s)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._scene, name)
-
-
-def trace(arm: Arm, path: list[Point]) -> None:
-    """Record the path of a twin's tip, in mm in the arm's base frame."""
-    if arm.twin is not None:
-        world = arm.twin.world
-        world.scene = cast("GripScene", TracedScene(arm, world.scene, path))
 
 
 # The twin that a program is rehearsed on: a simulated arm that stands where the arm stands.
@@ -382,15 +328,12 @@ BEFORE_RUN_S = 5.0
 # Real time. A person who only checks a program waits longer, and the arm is free meanwhile.
 CHECK_S = 10.0
 
-# Acts that need no position, after which a program is not expected to reference the arm.
-MOST_BEFORE_HOME = 1000
-
 # Real time between two reports of a rehearsal that takes long.
 TELL_EVERY_S = 1.0
 
 
 class TooLong(BaseException):
-    """The rehearsal has used up its time. A script that catches `Exception` does not catch it."""
+    """The rehearsal has used up its time."""
 
 
 class EndlessLoop(BaseException):
@@ -503,10 +446,9 @@ class _RehearsalWatch:
     was before, with the twin as it was then, repeats endlessly.
     """
 
-    def __init__(self, rehearser: Rehearser, assumptions: Assumptions, patience: Patience) -> None:
+    def __init__(self, rehearser: Rehearser, patience: Patience) -> None:
         self.loops: dict[int, list[Took]] = {}
         self._rehearser = rehearser
-        self._assumptions = assumptions
         self._patience = patience
         self._took_s = 0.0
         self._steps: list[RunStep] = []
@@ -516,7 +458,7 @@ class _RehearsalWatch:
         """Note where the program is. Raises `TooLong` and `EndlessLoop`."""
         mark = step.mark
         self._patience.before_act(mark, self._took_s)
-        self._assumptions.mark = mark
+        self._rehearser.mark = mark
         state = (step.loop, machine.fingerprint, self._rehearser.fingerprint)
         since = self._before.setdefault(state, len(self._steps))
         if since < len(self._steps):
@@ -546,21 +488,12 @@ def rehearse(
 
     Raises what reading the program raises, and `ArmError` if the twin cannot be made.
     """
-    assumptions = Assumptions()
-    # a program that references the arm first needs no assumed position
-    settles = options.settle and not _references_first(plan)
-    with rehearsing_arm(seen, assumptions.note if settles else None) as twin:
-        rehearser = Rehearser(
-            twin,
-            assumptions,
-            inputs=options.inputs,
-            things=Things(assumptions, options.width_mm, known=seen.world is not None),
-            outputs=plan.outputs,
-        )
-        path: list[Point] = []
-        if options.traced:
-            trace(twin, path)
-        watch = _RehearsalWatch(rehearser, assumptions, patience)
+    assumed: list[str] = []
+    with rehearsing_arm(seen, assumed.append if options.settle else None) as twin:
+        rehearser = Rehearser(twin, seen, options, plan.outputs)
+        for text in assumed:
+            rehearser.assume(text)
+        watch = _RehearsalWatch(rehearser, patience)
         # a program that is resumed may begin in a later loop
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
@@ -581,25 +514,14 @@ def rehearse(
             refusal = error
     return Rehearsal(
         tuple(tuple(watch.loops.get(number, ())) for number in range(1, loops + 1)),
-        tuple(assumptions.found),
+        tuple(rehearser.assumptions),
         refusal,
         run.at.mark if refusal is not None and run.at is not None else None,
         whole,
         endless,
         twin.speed_override,
-        tuple(path),
+        tuple(rehearser.path),
     )
-
-
-def _references_first(plan: RunPlan) -> bool:
-    """Return whether a program references the arm before anything that needs a position."""
-    machine = plan.first()
-    for _ in range(MOST_BEFORE_HOME):
-        stage = machine.next()
-        if stage is None or not isinstance(stage.act, Say | Delay | Outputs):
-            return stage is not None and isinstance(stage.act, Home)
-        machine.answer(None)
-    return False
 
 
 def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:

@@ -1,7 +1,7 @@
 """Runs Python scripts as `python SCRIPT` does, but on the arm that the command names.
 
 `Arm.connect()` without a target connects to that arm; with a target it connects as the script says.
-In a rehearsal every arm is a simulated twin, and no port is opened.
+In a check every arm is simulated, and no port is opened.
 """
 
 from __future__ import annotations
@@ -14,17 +14,15 @@ import runpy
 import sys
 import traceback
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
-from typing import Any, Protocol
+from typing import Any
 
 from armdrive.arm import Arm, override_connections
 from armdrive.connect.parts import ConnectOptions
 from armdrive.connect.target import FORCE_SIM
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable_lines
-from armdrive.moves import GraspMove, MoveSequence
 from armdrive.programs.problems import SourceMark
 from armdrive.text.reading import read_bytes
 from armdrive.trace import recorder as recorded
@@ -36,36 +34,15 @@ from armdrive.trace import recorder as recorded
 DEEPEST = 1000
 
 
-@dataclass(frozen=True, slots=True)
-class ScriptCall:
-    """A call of a script. `line` is 0 if another file or another thread made it."""
-
-    name: str
-    line: int
-    grasps: bool = False
-    """Whether the fingers close on an object."""
-
-
-# The call that closes the gripper on an object.
-GRASP = "gripper.grasp"
-
-
-def _feels(argument: object) -> bool:
-    """Return whether an argument of a call is a move that ends with a grasp."""
-    last = argument.moves[-1] if isinstance(argument, MoveSequence) else argument
-    return isinstance(last, GraspMove)
-
-
 def _listener(
-    arm: Arm, script: str, on_call: Callable[[Arm, ScriptCall], object]
+    arm: Arm, script: str, called: Callable[[Arm, str, int], object]
 ) -> recorded.CallListener:
     """Return what reports those calls of an arm that are the script's own."""
 
-    def begins(name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
+    def begins(name: str, _: tuple[Any, ...], __: dict[str, Any]) -> None:
         line = script_line(sys._getframe(2), script)  # noqa: SLF001 - the noted call's own
         if line is not None:
-            grasps = name == GRASP or any(map(_feels, (*words, *named.values())))
-            on_call(arm, ScriptCall(name, line, grasps))
+            called(arm, name, line)
 
     return begins
 
@@ -88,49 +65,6 @@ def script_line(traced: FrameType, script: str) -> int | None:
 LARGEST_SCRIPT = 4_000_000
 
 
-class ScriptStage(Protocol):
-    """Gives a script its arms, and receives a report of each call."""
-
-    def own(self, options: ConnectOptions) -> Arm:
-        """Connect to the arm that the command names, with the options of the script's call."""
-        ...
-
-    def given(self, target: str, options: ConnectOptions) -> Arm:
-        """Connect to an arm that the script names."""
-        ...
-
-    def made(self, arm: Arm) -> None:
-        """Take note of a new arm."""
-
-    def called(self, arm: Arm, call: ScriptCall) -> None:
-        """Take note of a call of the script; may raise to refuse it."""
-
-
-class Connections:
-    """Every arm that a script connects to while it runs."""
-
-    def __init__(self, script: Path, stage: ScriptStage) -> None:
-        self.arms: list[Arm] = []
-        self._script = str(script)
-        self._stage = stage
-
-    def __call__(self, target: str | None, options: ConnectOptions) -> Arm:
-        """Connect as `armdrive.arm.ConnectionOverride` says."""
-        stage = self._stage
-        arm = stage.own(options) if target is None else stage.given(target, options)
-        self.arms.append(arm)
-        stage.made(arm)
-        arm.parts.tracer.on_call = _listener(arm, self._script, stage.called)
-        return arm
-
-    def close(self) -> None:
-        """Stop and close the arms that the script has left open."""
-        with contextlib.ExitStack() as stack:  # each is closed, even if another one raises
-            for arm in self.arms:
-                if not arm.closed:
-                    stack.callback(arm.close)
-
-
 def read_script(path: Path) -> bytes:
     """Return a script's bytes, read once to see that it is Python. Raises `BadRequest`."""
     source = read_bytes(path, "the script", BadRequest, most_bytes=LARGEST_SCRIPT)
@@ -145,19 +79,40 @@ def read_script(path: Path) -> bytes:
     return source
 
 
-def carry_out(path: Path, words: Sequence[str], connections: Connections) -> int:
+def carry_out(
+    path: Path,
+    words: Sequence[str],
+    connect: Callable[[str | None, ConnectOptions], Arm],
+    called: Callable[[Arm, str, int], object],
+    arms: list[Arm],
+) -> int:
     """Run a script to its end, with `words` as its arguments; return its exit code.
 
+    `connect` makes its connections, which are added to `arms`. `called` is told the name of each
+    call of an arm and its line, 0 if another file or thread made it, and may raise to refuse it.
     Raises what the script raises, except `SystemExit`. Closes the arms that it leaves open.
     """
-    with _as_main(path, words), override_connections(connections):
+
+    def connected(target: str | None, options: ConnectOptions) -> Arm:
+        arm = connect(target, options)
+        arms.append(arm)
+        arm.parts.tracer.on_call = _listener(arm, str(path), called)
+        return arm
+
+    with contextlib.ExitStack() as closing, _as_main(path, words), override_connections(connected):
+        closing.callback(_close, arms)
         try:
             runpy.run_path(str(path), run_name="__main__")
         except SystemExit as end:
             return _exit_code(end.code)
-        finally:
-            connections.close()
     return 0
+
+
+def _close(arms: list[Arm]) -> None:
+    with contextlib.ExitStack() as stack:  # each is closed, even if another one raises
+        for arm in arms:
+            if not arm.closed:
+                stack.callback(arm.close)
 
 
 @contextlib.contextmanager

@@ -302,8 +302,7 @@ class DeskRun:
             journal = Journal(arm, self._performer, path.resolve(), program.digest, plan.loops)
             run = ProgramRun(plan, self._performer, before=[journal.begins, self._begins])
             try:
-                with journal.explained():
-                    run.carry_out()
+                run.carry_out()
                 journal.finish()
             except (ArmError, KinematicsError) as error:
                 self._failed(error, run)

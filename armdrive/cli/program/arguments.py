@@ -127,7 +127,7 @@ def _run(parser: argparse.ArgumentParser) -> None:
       [WORD ...]  arguments of a Python script
 
     Rehearsal:
-      --check            rehearse it; moves nothing
+      --check            rehearse it, or run a script on simulated arms; moves nothing
       --plot [FILE]      rehearse it and draw the tip's path, into a .svg or .png file or here;
                          moves nothing
       --input N=on|off   the state of an input in a rehearsal (default off); may be repeated

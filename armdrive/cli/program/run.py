@@ -1,21 +1,24 @@
-"""Run a program, or rehearse it: a program file (.arm) or a Python script (.py).
+"""Run a program, or only check it: a program file (.arm) or a Python script (.py).
 
-A script runs on the arm that the command names, and what it asks of its arms is shown. It is
-rehearsed with --check alone, and not before each run: whatever else it does besides
-moving arms would be done twice.
+A script runs on the arm that the command names, and what it asks of its arms is shown. It is not
+rehearsed before a run: whatever else it does besides moving arms would be done twice. A check of a
+script is a run on simulated arms.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.presenter import as_json, put_error
+from armdrive.cli.arm_files import chosen_target
+from armdrive.cli.presenter import as_json, put_error, tell
 from armdrive.cli.program.arguments import SCRIPT
 from armdrive.cli.program.run_arm import (
     connect_to_run,
     keep_recording,
+    put_blocks,
     require_recordable,
     slow_down,
     stands_at,
@@ -23,18 +26,18 @@ from armdrive.cli.program.run_arm import (
 from armdrive.cli.program.run_output import Display, RunOutput, script_words
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.connect.parts import ConnectOptions, connect
+from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import RunStep
 from armdrive.programs.language import ENDING
 from armdrive.programs.problems import SourceLines, SourceMark, numbered_lines
-from armdrive.programs.progress import line_words
+from armdrive.programs.progress import duration, line_words
 from armdrive.programs.scripts import (
-    Connections,
-    ScriptCall,
     carry_out,
     own_traceback,
     place_of,
     read_script,
+    simulation_only,
 )
 from armdrive.render.sketch import check_output
 from armdrive.storage.files import require_free
@@ -53,105 +56,100 @@ MOVING = frozenset(
 # The call that waits for inputs, and says so.
 WAITING = "io.wait"
 
-NO_RESUME = (
-    "a Python script cannot be resumed: its variables are gone. Start it again, or write it as a "
-    "program file (.arm)"
+FOR_PROGRAM_FILES = (
+    "{} is for program files (.arm): a Python script is not rehearsed, has loops of its own, and "
+    "begins anew"
 )
-NO_LOOPS = "--loops is for program files; a Python script has loops of its own"
-NOT_REHEARSED = "--input and --assume-width are for a rehearsal: add --check"
 
 
 def run_script(options: argparse.Namespace) -> int:
-    """Run or rehearse a script."""
-    if options.resume:
-        raise BadRequest(NO_RESUME)
-    if options.loops is not None:
-        raise BadRequest(NO_LOOPS)
-    if not options.check and (options.input or options.assume_width is not None):
-        raise BadRequest(NOT_REHEARSED)
+    """Run a script, or check it: a run on simulated arms."""
+    for name in ("resume", "loops", "input", "assume_width", "plot"):
+        if getattr(options, name) not in (None, False, []):
+            raise BadRequest(FOR_PROGRAM_FILES.format(f"--{name.replace('_', '-')}"))
     text = read_script(options.program).decode("utf-8", "replace")
     lines = numbered_lines(text.splitlines(), str(options.program))
-    if options.check:
-        # loads the simulation and the parser of programs, which a real run does not need
-        from armdrive.cli.program.run_program import check_script
-
-        return check_script(options, lines)
-    return _RunningScript(options, lines).run()
+    with simulation_only() if options.check else contextlib.nullcontext():
+        return _RunningScript(options, lines).run()
 
 
 class _RunningScript:
-    """One run of a script, and the stage for its arms."""
+    """One run of a script. `arms` are those that it has connected to."""
 
     def __init__(self, options: argparse.Namespace, lines: SourceLines) -> None:
+        self.arms: list[Arm] = []
         self._options = options
         self._display = Display(RunOutput(as_json=as_json(options)), lines)
         self._keys = standard_input()
         self._calls = 0
         self._last: SourceMark | None = None
-        self._connections = Connections(options.program, self)
 
     def run(self) -> int:
         """Run it to its end, and say how it ended."""
-        program, arms = self._options.program, self._connections.arms
-        stopped = stopped_by_interrupt(lambda: list(arms), as_json=as_json(self._options))
+        options, program = self._options, self._options.program
+        stopped = stopped_by_interrupt(lambda: list(self.arms), as_json=as_json(options))
         with self._display.shown() as display, stopped:
             display.tell({"event": "begin", "program": str(program)}, str(program))
             try:
-                code = self._carry_out()
+                with script_words(options):
+                    code = carry_out(program, options.words, self._connect, self._called, self.arms)
             except BaseException as error:
                 mark = place_of(error, program) or self._last
-                display.failed(mark, error, f"ended early: {self._how_far()}")
+                display.failed(mark, error, f"ended early: {counted(self._calls, 'call')}")
                 refused = isinstance(error, ArmError | KinematicsError)
                 if refused or not isinstance(error, Exception):  # such as a signal that ends it
                     raise
                 put_error(own_traceback(error, program))
                 return 1
-            took_s = max((arm.parts.pace.now_s() for arm in arms), default=0.0)
-            arm = arms[-1] if arms else None
-            display.finished(arm, self._calls, took_s, self._how_far(), code=code)
+            took_s = max((arm.parts.pace.now_s() for arm in self.arms), default=0.0)
+            stands = "".join(f"; {arm.config.name}: {stands_at(arm)}" for arm in self.arms)
+            text = f"{counted(self._calls, 'call')} in {duration(took_s)}{stands}"
+            arm = self.arms[-1] if self.arms else None
+            display.finished(arm, self._calls, took_s, text, code=code)
             return code
 
-    def _carry_out(self) -> int:
-        with script_words(self._options):
-            return carry_out(self._options.program, self._options.words, self._connections)
-
-    def _how_far(self) -> str:
-        arms = self._connections.arms
-        stands = (f"; {arm.config.name}: {stands_at(arm)}" for arm in arms)
-        return f"{counted(self._calls, 'call')}{''.join(stands)}"
-
-    # -- the script's arms --------------------------------------------------------------------
-
-    def own(self, options: ConnectOptions) -> Arm:
-        """Connect to the arm of the command, with the script's options of the connection."""
-        arm = connect_to_run(self._options, pace=options.simulated_pace)
-        if options.allow_restored:
-            arm.parts.core.allow_restored = True
-        if options.operator is not None:
+    def _connect(self, target: str | None, options: ConnectOptions) -> Arm:
+        """Connect to the arm that the script names, or to that of the command."""
+        if self._options.check and options.twin is None:
+            arm = self._simulated(target, options)
+        elif target is None:
+            arm = connect_to_run(self._options, pace=options.simulated_pace)
+            arm.parts.core.allow_restored |= options.allow_restored
+        else:
+            arm = Arm(connect(target, options))
+            slow_down(arm, self._options)
+        if target is None and options.operator is not None:
             arm.operator = options.operator
-        return arm
-
-    def given(self, target: str, options: ConnectOptions) -> Arm:
-        """Connect as the script says, and slow that arm down too as the person asked."""
-        arm = Arm(connect(target, options))
-        slow_down(arm, self._options)
-        return arm
-
-    def made(self, arm: Arm) -> None:
-        """Show where the script is to those who ask this arm, and keep its recording."""
         self._display.run.use(arm)
         arm.parts.connection.closers.append(lambda: keep_recording(arm, self._options))
+        return arm
 
-    def called(self, arm: Arm, call: ScriptCall) -> None:
+    def _simulated(self, target: str | None, options: ConnectOptions) -> Arm:
+        """Return a new simulated arm, which stands in its reference posture."""
+        # loads the simulation and the parser of programs, which a real run does not need
+        from armdrive.programs.rehearsal import SeenArm, rehearsing_arm
+
+        found = chosen_target(self._options)
+        if target is not None:
+            found = find(target, dialect_name=options.dialect, baud=options.baud)
+        real = isinstance(options.pace, str | int | float)
+        clock = options.clock if real else options.simulated_pace
+        arm = rehearsing_arm(SeenArm.unasked(found), lambda _: None, clock)
+        put_blocks(arm, self._options.put)
+        slow_down(arm, self._options)
+        tell(self._options, f"{arm.status.which}, in its reference posture")
+        return arm
+
+    def _called(self, arm: Arm, name: str, line: int) -> None:
         """Show a call, and wait for the person before a motion if that is wanted."""
         self._calls += 1
-        mark = SourceMark(call.line, 1, str(self._options.program))
-        self._last = mark if call.line else None
-        waiting = "waiting for inputs" if call.name == WAITING else ""
-        step = RunStep(arm, mark, call.name, moves=call.name in MOVING, waiting=waiting)
+        mark = SourceMark(line, 1, str(self._options.program))
+        self._last = mark if line else None
+        waiting = "waiting for inputs" if name == WAITING else ""
+        step = RunStep(arm, mark, name, moves=name in MOVING, waiting=waiting)
         if self._options.step and step.moves:
             stops = arm.stops
-            text = line_words(call.line, self._display.run.line_at(mark) or call.name)
+            text = line_words(line, self._display.run.line_at(mark) or name)
             RunTerminal(arm, self._display, self._keys.keys).hold(text, lambda: arm.stops != stops)
             if arm.stops != stops:
                 raise Stopped("the script was stopped")
@@ -163,15 +161,15 @@ class _RunningScript:
 
 def run(options: argparse.Namespace) -> int:
     """Run or rehearse the program."""
-    if options.plot is not None:
-        options.check = True
-        _check_plot(options)
     if options.record is not None:
         require_recordable(options.record, overwrite=options.force)
     ending = options.program.suffix.lower()
     if ending == ENDING:
         if options.words:
             raise BadRequest(f"a program file takes no arguments: {' '.join(options.words)}")
+        if options.plot is not None:
+            options.check = True
+            _check_plot(options)
         # the language's parser takes as long to import as all that a script needs
         from armdrive.cli.program.run_program import run_program
 

@@ -43,7 +43,7 @@ def connect_to_run(
     _require_table(chosen_target(options), options.put)
     arm = connect_chosen(options, pace=options.pace or pace)
     try:
-        _put_blocks(arm, options.put)
+        put_blocks(arm, options.put)
         options.put = []  # once, however often a script connects
         tell(options, arm.status.which)
         settle(arm, options)
@@ -63,7 +63,7 @@ def _require_table(target: Target, blocks: list[TableBlock]) -> None:
         )
 
 
-def _put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
+def put_blocks(arm: Arm, blocks: Sequence[TableBlock]) -> None:
     """Put blocks on a simulated arm's table, one after the other, each on what lies there."""
     if arm.twin is None:
         return

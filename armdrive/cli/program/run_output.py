@@ -19,7 +19,7 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from armdrive.arm import Arm
 from armdrive.cli.presenter import (
@@ -39,14 +39,11 @@ from armdrive.errors.table import error_view, tagged
 from armdrive.moves import GraspMove
 from armdrive.programs.acts import Answer, RunStep
 from armdrive.programs.problems import SourceLines, SourceMark, excerpt
-from armdrive.programs.progress import RunView, duration, place_words
+from armdrive.programs.progress import RunView, place_words
 from armdrive.programs.scripts import own_traceback, place_of
 from armdrive.status import pose_view
 from kinematics.errors import KinematicsError
-from kinematics.text import counted, mm_text
-
-if TYPE_CHECKING:
-    from armdrive.programs.rehearsal import RehearsedSoFar
+from kinematics.text import mm_text
 
 CLEAR_LINE = "\r\x1b[K"
 STANDARD_OUTPUT = 1  # the file number: Python flushes its stream once more as it ends
@@ -98,17 +95,6 @@ class RunOutput:
             if self._drawn:
                 self._put("", CLEAR_LINE)
                 self._drawn = False
-
-    def rehearsing(self, far: RehearsedSoFar) -> None:
-        """Show how far a rehearsal has come that takes long."""
-        took = duration(far.took_s)
-        acts = counted(far.acts, "act")
-        text = f"rehearsing: line {far.mark.line}, {acts}, {took} of simulated time"
-        if self.rewrites:
-            self.rewrite(text)
-            return
-        view = {"acts": far.acts, "line": far.mark.line, "took_s": round(far.took_s, 3)}
-        self.tell({"event": "rehearsing", **view}, text)
 
     def place(self, mark: SourceMark | None, lines: SourceLines, error: BaseException) -> None:
         """Show people a line with a caret under the place, unless the error itself does so."""

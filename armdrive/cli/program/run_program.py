@@ -1,11 +1,11 @@
-"""Rehearses programs and scripts, and runs a program file: shows it, and keeps its journal."""
+"""Rehearses and runs program files: shows the run, and keeps its journal."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -13,11 +13,11 @@ from typing import TypeVar
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.options import ARM_OPTIONS, typed_again
-from armdrive.cli.presenter import Result, as_json, put_error, say, show, tell
+from armdrive.cli.presenter import Result, as_json, say, show, tell
 from armdrive.cli.program.run_arm import connect_to_run, keep_recording, stands_at
-from armdrive.cli.program.run_output import Display, RunOutput, script_words
+from armdrive.cli.program.run_output import Display, RunOutput
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
-from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
+from armdrive.errors import ArmInUse, DeviceFault, LinkError
 from armdrive.errors.printable import command_line
 from armdrive.programs.acts import RunStep
 from armdrive.programs.journal import Journal, resumed_plan
@@ -37,11 +37,8 @@ from armdrive.programs.rehearsal import (
     require_rehearsed,
 )
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.programs.script_rehearsal import rehearse_script
-from armdrive.programs.scripts import own_traceback
 from armdrive.render.canvas import draws_braille
 from armdrive.render.sketch import Sketch, save_sketches, terminal_lines
-from kinematics.errors import KinematicsError
 from kinematics.geometry import Point
 from kinematics.text import counted
 
@@ -82,11 +79,8 @@ class _RunningProgram:
     def run(self) -> int:
         """Rehearse, carry out, and say how it ended."""
         plan = _plan(ArmProgram(self._program, self._arm.config), self._arm, self._options)
-        patience = Patience(BEFORE_RUN_S, self._output.rehearsing)
-        rehearsal = rehearse(
-            SeenArm.of(self._arm), plan, patience, _rehearsal_options(self._options)
-        )
-        self._output.wipe()
+        seen, how = SeenArm.of(self._arm), _rehearsal_options(self._options)
+        rehearsal = rehearse(seen, plan, Patience(BEFORE_RUN_S), how)
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
         except BaseException as error:
@@ -132,8 +126,7 @@ class _RunningProgram:
         before = [journal.begins, wait, display.begins]
         run = ProgramRun(plan, performer, before=before, after=[display.ended])
         try:
-            with journal.explained():
-                run.carry_out()
+            run.carry_out()
         except BaseException as error:
             mark = mark_of(error, None if run.at is None else run.at.mark)
             resume = "" if run.at is None else resume_command(self._options)
@@ -176,23 +169,8 @@ def check_program(options: argparse.Namespace, program: Program) -> int:
     """Rehearse a program file on the arm that the options name, and report what was found."""
     source = ArmProgram(program, chosen_target(options).config)
     seen, plan, unasked = _seen(options, lambda arm: _plan(source, arm, options))
-    with _patience(options) as patience:
-        rehearsal = rehearse(seen, plan, patience, _rehearsal_options(options))
+    rehearsal = rehearse(seen, plan, Patience(CHECK_S), _rehearsal_options(options))
     return report(rehearsal, options, program.lines, unasked)
-
-
-def check_script(options: argparse.Namespace, lines: SourceLines) -> int:
-    """Rehearse a script on the arm that the options name, and report what was found."""
-    seen, _, unasked = _seen(options, lambda _: None)
-    script = options.program
-    with _patience(options) as patience, script_words(options):
-        rehearsal = rehearse_script(
-            script, options.words, seen, patience, _rehearsal_options(options)
-        )
-    if isinstance(rehearsal.refusal, ArmError | KinematicsError | None):
-        return report(rehearsal, options, lines, unasked)
-    put_error(own_traceback(rehearsal.refusal, script))
-    return 1
 
 
 def _seen(options: argparse.Namespace, look: Callable[[Arm | None], T]) -> tuple[SeenArm, T, str]:
@@ -207,14 +185,6 @@ def _seen(options: argparse.Namespace, look: Callable[[Arm | None], T]) -> tuple
         target = chosen_target(options)
         unasked = f"the {target.config.title} cannot be asked where it stands ({error})"
         return SeenArm.unasked(target), look(None), unasked
-
-
-@contextlib.contextmanager
-def _patience(options: argparse.Namespace) -> Iterator[Patience]:
-    """Yield the patience of a person who only checks, and wipe its reports away afterwards."""
-    output = RunOutput(as_json=as_json(options))
-    yield Patience(CHECK_S, output.rehearsing)
-    output.wipe()
 
 
 def _rehearsal_options(options: argparse.Namespace) -> RehearsalOptions:

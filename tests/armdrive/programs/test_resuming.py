@@ -11,7 +11,6 @@ from running_bench import (
     PICK_AND_PLACE,
     At,
     Killed,
-    Listener,
     Script,
     at_each_start,
     begin,
@@ -27,14 +26,12 @@ from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, St
 from armdrive.moves import GripperMove, MoveSequence
 from armdrive.programs.acts import Home
 from armdrive.programs.journal import (
-    Journal,
     interrupted,
     journal_file,
     require_place,
     require_same_program,
 )
 from armdrive.programs.program import ArmProgram, read_program
-from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import DIALECTS, simulate
 
 ACTS = range(1, len(PICK_AND_PLACE) + 1)
@@ -209,21 +206,6 @@ def test_a_damaged_journal_says_so(arm, path):
     path.mkdir()
     with pytest.raises(StateFileError, match="cannot be read"):
         interrupted(arm.config.name)
-
-
-def test_why_it_ended_is_written_down(arm, path):
-    performer = Performer(arm, Listener())
-    journal = Journal(arm, performer, path, "0" * 64, 1)
-    journal.note_failure(Stopped("before anything began"))
-    assert not journal.path.exists()
-    script = Script(PICK_AND_PLACE)
-    run = ProgramRun(RunPlan(script), performer, before=[journal.begins, At(2).begins])
-    with pytest.raises(Killed):
-        run.carry_out()
-    journal.note_failure(Stopped("the program was stopped"))
-    entry = interrupted(arm.config.name)
-    assert entry.why == "the program was stopped"
-    assert entry.began is not None
 
 
 def test_a_disk_that_is_full_lets_no_act_begin(arm, path, monkeypatch):

@@ -1,14 +1,13 @@
-"""Python scripts: on the arm of the command or their own, rehearsed on twins, shown by line."""
+"""Python scripts: on the arm of the command or their own, checked on simulated ones."""
 
 import json
-import math
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from amounts import every_row
 from cli_calls import TRACEBACK, write_bench
-from running_bench import Keys, table_arm
+from running_bench import Keys
 
 from armdrive import Arm
 from armdrive.arm import override_connections, overriding_arm
@@ -16,17 +15,13 @@ from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.rehearsal import Patience, RehearsalOptions, SeenArm
-from armdrive.programs.script_rehearsal import rehearse_script
-from armdrive.programs.scripts import (
-    Connections,
-    carry_out,
-    read_script,
-    simulation_only,
-)
+from armdrive.programs.scripts import carry_out, read_script, simulation_only
 
-AGES = Patience(math.inf)
-SETTLED = RehearsalOptions(settle=True)
+
+@pytest.fixture
+def write(write):
+    return lambda text, name="t.py": write(text, name)
+
 
 TOUR = """\
     from armdrive import Arm, Pose
@@ -37,18 +32,12 @@ TOUR = """\
 """
 
 
-@pytest.fixture
-def write(write, monkeypatch):
-    # no rehearsal reports how far it is, however busy the computer is with tests
-    monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", math.inf)
-    return lambda text, name="t.py": write(text, name)
-
-
 def test_a_script_without_a_target_gets_the_arm_of_the_command(homed, write):
     ran = homed("run", write(TOUR), code=0).out
     assert "sim:teachmover (Microbot TeachMover), SIMULATED" in ran
     assert "line 4: arm.move_l(Pose.of(" in ran
-    assert "done: 3 calls; sim:teachmover: tip x 127" in ran
+    assert "done: 3 calls in " in ran
+    assert "; sim:teachmover: tip x 127" in ran
     assert homed("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(30, abs=0.5)
     homed("home", "--sim", "grbl", code=0)
     assert "sim:grbl" in homed("run", write(TOUR), "--sim", "grbl", code=0).out
@@ -154,20 +143,26 @@ def test_arms_that_a_script_leaves_open_are_stopped_and_closed(homed, write):
     assert 0.5 < view["joints"]["base_deg"] < 79
 
 
-def test_a_rehearsal_of_a_script_moves_no_arm(homed, write):
-    before = homed("status", "--json", code=0).json["pose"]
-    checked = homed("run", write(TOUR), "--check", code=0).out
-    assert "line 4: arm.move_l" in checked
-    assert "for 3 calls" in checked or "for 3 acts" in checked
-    assert homed("status", "--json", code=0).json["pose"] == before
-    view = homed("run", write(TOUR), "--check", "--json", code=0).json
-    ran = homed("run", write(TOUR), "--json", code=0).json_lines[-1]
-    assert view["took_s"] == pytest.approx(ran["took_s"], rel=0.02)
-    drawn = homed("run", write(TOUR), "--plot", code=0).out
-    assert "distance from the base axis across, 127 to 263 mm" in drawn
+def test_a_check_runs_the_script_on_simulated_arms_in_their_reference_posture(call, write):
+    write_bench()
+    path = write(
+        """\
+        from armdrive import Arm, Pose
+        for name in (None, "bench", "sim:grbl"):
+            with Arm.connect(name) as arm:
+                print(arm.simulated, arm.speed_override, arm.io.read() if name is None else "")
+                arm.move_to(Pose.of(x_mm=220, y_mm=0, z_mm=120, pitch_deg=-90))
+        """
+    )
+    checked = call("run", path, "--check", "--arm", "bench", "--speed", "50%", code=0).out
+    assert checked.count("True 0.5") == 3
+    assert "SIMULATED, simulated arm at 9600 baud, in its reference posture" in checked
+    assert "line 5: arm.move_to(Pose.of(" in checked
+    assert "done: 4 calls in " in checked
+    assert call("status", "--json", code=0).json["trust"] == "unknown"  # no arm has moved
 
 
-def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monkeypatch):
+def test_no_port_opens_in_a_check_whatever_the_script_does(call, write, monkeypatch):
     write_bench()
     path = write(
         """\
@@ -194,104 +189,15 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
     checked = call("run", path, "--check", "--arm", "bench", code=4)
     assert "[True, True, b'True\\n']" in checked.out
     assert "ARMDRIVE_FORCE_SIM is set" in checked.err
-    assert "assumed: the arm stands in its reference posture" in checked.out
 
 
-def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands(write):
-    path = write_bench()
-    arm = table_arm()
-    arm.move_j(base_deg=33)
-    arm.config = replace(arm.config, name="bench")
-    script = write(
-        f"from armdrive import Arm\nfor name in ('bench', {str(path)!r}, None):\n"
-        "    with Arm.connect(name) as arm:\n"
-        "        assert round(arm.joints.deg['base']) == 33, arm.joints\n"
-    )
-    found = rehearse_script(Path(script), (), SeenArm.of(arm), AGES, SETTLED)
-    assert (found.refusal, found.assumptions) == (None, ())
-
-
-def test_a_second_connection_to_a_rehearsed_arm_is_refused_as_by_the_arm_itself(homed, write):
-    path = write("from armdrive import Arm\nfirst = Arm.connect()\nsecond = Arm.connect()\n")
-    for words in ((), ("--check",)):
-        assert "armdrive: [E408]" in homed("run", path, *words, code=4).err
-
-
-@pytest.mark.parametrize("words", [("--arm", "bench"), ("--put", "A,250,0,30")])
-def test_the_next_connection_of_a_rehearsed_script_begins_where_the_last_one_ended(
-    homed, write, words
-):
-    write_bench()
-    path = write(
-        """\
-        from armdrive import Arm, Pose
-        with Arm.connect() as arm:
-            arm.gripper.open()
-            arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
-            arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
-        with Arm.connect() as arm:
-            print(arm.pose, "opens", round(arm.gripper.opening_mm))
-            print("width", round(arm.gripper.grasp()))
-        """
-    )
-    checked = homed("run", path, "--check", *words, code=0).out
-    assert "x 250.1, y 0.0, z 15.1 mm" in checked
-    assert "opens 76" in checked
-    assert f"width {30 if '--put' in words else 0}\n" in checked
-
-
-@pytest.mark.parametrize("grasp", ["arm.gripper.grasp()", "arm.run(GraspMove()).width_mm"])
-def test_a_rehearsed_script_finds_the_assumed_objects(call, write, grasp):
-    write_bench()
-    path = write(
-        f"""\
-        from armdrive import Arm, GraspMove, Pose
-        with Arm.connect() as arm:
-            arm.gripper.open()
-            arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
-            arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
-            print(round({grasp}), arm.io.read() >> 2 & 1)
-        """
-    )
-    words = ("run", path, "--check", "--arm", "bench")
-    checked = call(*words, "--assume-width", "30", "--input", "3=on", code=0).out
-    assert "30 1\n" in checked
-    assert "assumed: line 6: the fingers find something 30 mm wide" in checked
-    assert "assumed: line 6: inputs are off, but for 3" in checked
-    assert "0 0\n" in call(*words, code=0).out
-
-
-def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.program.run_program.CHECK_S", -1.0)
-    path = write(
-        """\
-        from armdrive import Arm
-        with Arm.connect() as arm:
-            while True:
-                try:
-                    arm.io.read()
-                except Exception:
-                    pass
-        """
-    )
-    assert "not rehearsed to its end" in homed("run", path, "--check", code=0).out
-
-
-def test_an_exit_code_of_a_rehearsed_script_is_its_refusal(homed, write):
-    assert "ended with 3" in homed("run", write("raise SystemExit(3)\n"), "--check", code=2).err
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--resume"], "cannot be resumed"),
-        (["--loops", "3"], "loops of its own"),
-        (["--input", "1=on"], "are for a rehearsal"),
-        (["--assume-width", "20"], "are for a rehearsal"),
-    ],
+@every_row(
+    "words",
+    [["--resume"], ["--loops", "3"], ["--input", "1=on"], ["--assume-width", "20"], ["--plot"]],
 )
-def test_options_that_scripts_do_not_support_are_refused(call, write, words, said):
-    assert said in call.refused("run", write("pass\n"), *words, code=2)
+def test_options_that_scripts_do_not_support_are_refused(call, write, words):
+    said = call.refused("run", write("pass\n"), *words, code=2)
+    assert f"{words[0]} is for program files" in said
 
 
 def test_a_syntax_error_of_a_script_is_reported_with_its_line(call, write, tmp_path):
@@ -342,7 +248,7 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     assert all(f"line {line}: arm." in ran for line in (4, 5))
 
 
-def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monkeypatch):
+def test_coroutines_are_run_checked_and_stepped_through_too(homed, write, monkeypatch):
     keys = Keys()
     monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
     path = write(
@@ -356,7 +262,7 @@ def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monk
         asyncio.run(main())
         """
     )
-    assert "for 2 acts" in homed("run", path, "--check", code=0).out
+    assert "done: 2 calls" in homed("run", path, "--check", code=0).out
     ran = homed("run", path, "--step", code=0).out
     assert "line 6: await arm.park()\n" in ran
     assert "done: 2 calls" in ran
@@ -387,23 +293,17 @@ def test_calls_within_calls_are_not_the_scripts(write):
         )
     )
 
-    class Stage:
-        def __init__(self):
-            self.heard, self.arms = [], []
-            self.made = self.arms.append
-
-        def own(self, options):
-            return Arm(connect_simulated(simulated_config("teachmover")))
-
-        def called(self, arm, call):
-            self.heard.append((call.name, call.line))
-
-    stage = Stage()
-    connections = Connections(script, stage)
-    assert carry_out(script, (), connections) == 0
-    assert stage.heard == [("enable", 3), ("home", 4), ("park", 5)]
-    assert stage.arms == connections.arms
-    assert connections.arms[0].closed
+    heard, arms = [], []
+    made = carry_out(
+        script,
+        (),
+        lambda *_: Arm(connect_simulated(simulated_config("teachmover"))),
+        lambda _, name, line: heard.append((name, line)),
+        arms,
+    )
+    assert made == 0
+    assert heard == [("enable", 3), ("home", 4), ("park", 5)]
+    assert [arm.closed for arm in arms] == [True]
 
 
 def test_the_latest_override_applies_and_none_remains_afterwards():

@@ -188,15 +188,6 @@ def test_a_run_reports_an_unfinished_rehearsal(homed, write, monkeypatch):
     assert lines[1]["percent"] is None
 
 
-def test_a_long_rehearsal_shows_how_far_it_is(homed, write, monkeypatch):
-    monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", 0.0)
-    path = write("repeat 2\n  delay 1\nend\n")
-    shown = homed("run", path, "--check", code=0).out
-    assert "rehearsing: line 2, 1 act, 1.0 s of simulated time" in shown
-    first, *_ = homed("run", path, "--check", "--json", code=0).json_lines
-    assert first == {"event": "rehearsing", "acts": 0, "line": 2, "took_s": 0.0}
-
-
 def test_while_a_program_is_checked_the_arm_is_free(homed, write, monkeypatch):
     def rehearsed(seen, *_):
         homed("home", code=0)
