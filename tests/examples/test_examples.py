@@ -25,7 +25,7 @@ from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.geometry import Tool
 
 from . import worlds
-from .examples_table import COMMAND, EXAMPLES, amounts, cell, table, told, with_table
+from .examples_table import COMMAND, EXAMPLES, amounts, cell, told
 from .on_arms import FOLDER, PUT, run_example
 
 SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if THOROUGH or path.name not in EXAMPLES)
@@ -135,12 +135,6 @@ def page():
     return PAGE.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.iterdir()), ids=lambda path: path.name)
-def test_the_page_names_every_example(page, path):
-    if path.is_file():
-        assert f"`{path.name}`" in page
-
-
 def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):
     for file, example in EXAMPLES.items():
         for dialect in DIALECTS:
@@ -149,15 +143,6 @@ def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):
                 assert said == why_not
             else:
                 assert len(amounts(said)) == (1 if example.beside_mm is None else 2), said
-
-
-def test_a_new_table_takes_the_place_of_the_old_one(page):
-    example = EXAMPLES["circle.py"]
-    cells = {(example.file, dialect): "1 s" for dialect in DIALECTS}
-    changed = with_table(page, table([example], cells))
-    assert told(changed, "circle.py", "mks") == "1 s"
-    assert told(changed, "hanoi.arm", "mks") == ""
-    assert "what it shows" in changed
 
 
 # Every example on the arm of every dialect: the physical world at its end, and no incident.
@@ -183,10 +168,6 @@ def test_an_example_leaves_the_world_as_it_says(example, form, dialect):
         shown = told(PAGE.read_text(encoding="utf-8"), example.file, dialect)
         found = cell(example, form, ran)
         assert amounts(shown) == pytest.approx(amounts(found), rel=0.1, abs=0.2), COMMAND
-
-
-def test_the_table_has_every_program_file():
-    assert {path.name for path in FOLDER.glob("*.arm")} <= set(EXAMPLES)
 
 
 def test_a_pen_that_the_arm_file_knows_of_draws_the_same_circle():

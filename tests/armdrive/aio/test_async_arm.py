@@ -2,16 +2,14 @@
 
 import asyncio
 import signal
-import threading
 from contextlib import asynccontextmanager
 
 import pytest
 from amounts import amount
 
-from armdrive import AsyncArm, LinkLost, OutOfBounds, Pose, SimulatedClock, State, Stopped
+from armdrive import AsyncArm, LinkLost, Pose, SimulatedClock, State, Stopped
 from armdrive.connect.runner import TaskRunner
-from armdrive.errors import ArmFileError, OperatorNeeded, WrongState
-from armdrive.moves import JointMove, PoseMove
+from armdrive.moves import JointMove
 
 PLACE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
 LONG_S = 1e6
@@ -120,21 +118,6 @@ def test_the_same_program_gives_the_same_result_each_time():
     assert again == first
 
 
-async def test_the_call_after_a_gather_begins_when_the_gather_ends():
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
-        await asyncio.gather(a.home(), b.home())
-        mover = asyncio.create_task(b.move_j(base_deg=15, speed=0.2))
-
-        async def pair():
-            await asyncio.gather(a.sleep(1.0), a.sleep(0.5))
-
-        before_s = a.sync.parts.pace.now_s()
-        await asyncio.gather(pair())
-        assert a.sync.parts.pace.now_s() == pytest.approx(before_s + 1.0, abs=1e-9)
-        assert not mover.done()
-        await mover
-
-
 async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
     async with (
         AsyncArm.connect("sim:teachmover", pace="simulated") as a,
@@ -156,18 +139,6 @@ async def test_simulated_time_does_not_pass_while_no_call_waits():
         assert arm.sync.parts.pace.now_s() == before_s
 
 
-async def test_a_refusal_is_raised_where_the_call_is_awaited():
-    with pytest.raises(ArmFileError):
-        await AsyncArm.connect("no-such-arm")
-    async with homed() as arm:
-        with pytest.raises(OutOfBounds):
-            await arm.move_j(shoulder_deg=400)
-        task = await moving(arm)
-        with pytest.raises(WrongState):
-            await arm.move_j(base_deg=10)
-        await task
-
-
 async def test_a_stop_from_another_task_ends_a_motion_with_stopped():
     async with homed() as arm:
         task = await moving(arm)
@@ -176,49 +147,6 @@ async def test_a_stop_from_another_task_ends_a_motion_with_stopped():
             await task
         assert still(arm)
         assert abs(arm.joints.deg["base"]) < 60
-
-
-async def test_an_operator_is_an_ordinary_function_and_may_jog():
-    asked = []
-
-    def operator(request):
-        asked.append(request.pose)
-        request.arm.jog_j(base_deg=3)
-        return False
-
-    async with AsyncArm.connect("sim:teachmover", operator=operator) as arm:
-        with pytest.raises(OperatorNeeded):
-            await arm.home()
-    assert len(asked) == 1
-
-
-async def test_an_operators_work_takes_time_for_every_arm_of_the_loop():
-    seen = []
-
-    def operator(request):
-        began_s = request.arm.parts.pace.now_s()
-        request.arm.sleep(5.0)
-        seen.append(request.arm.parts.pace.now_s() - began_s)
-        return True
-
-    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:armdroid") as b:
-        await b.home()
-        mover = asyncio.create_task(b.move_j(base_deg=10))
-        await a.home(operator=operator)
-        assert seen == [pytest.approx(5.0)]
-        await mover
-        assert b.joints.deg["base"] == pytest.approx(10, abs=0.2)
-
-
-async def test_no_thread_is_started_in_simulated_time(monkeypatch):
-    def refused(self):
-        raise AssertionError(f"{self.name} was started")
-
-    monkeypatch.setattr(threading.Thread, "start", refused)
-    async with homed() as arm:
-        task = await moving(arm)
-        await cancelled(task)
-        await arm.gripper.grasp()
 
 
 async def test_a_lost_wire_is_the_loss_of_one_arm():
@@ -230,31 +158,6 @@ async def test_a_lost_wire_is_the_loss_of_one_arm():
         with pytest.raises(LinkLost):
             await mover
         await other
-
-
-async def test_a_flaw_of_the_engine_is_raised_and_no_hang():
-    arm = await AsyncArm.connect("sim:teachmover")
-    inner = arm.sync.parts.engine.advance
-    arm.sync.parts.engine.advance = lambda now_s: 1 / 0
-    with pytest.raises(ZeroDivisionError):
-        await arm.sleep(1.0)
-    arm.sync.parts.engine.advance = inner
-    await arm.close()
-
-
-def test_an_arm_may_be_used_from_one_loop_after_another():
-    async def connected():
-        return await AsyncArm.connect("sim:teachmover", pace=SimulatedClock())
-
-    async def moved(arm):
-        await arm.home()
-        await arm.move_j(base_deg=20)
-
-    arm = asyncio.run(connected())
-    asyncio.run(moved(arm))
-    assert arm.joints.deg["base"] == pytest.approx(20, abs=0.2)
-    arm.sync.move_j(base_deg=0)  # and without any
-    asyncio.run(arm.close())
 
 
 # -- Cancelled -------------------------------------------------------------------------------------
@@ -306,30 +209,6 @@ async def test_an_arm_stands_whenever_its_program_is_cancelled(rounds):
         assert still(arm)
 
 
-async def test_cancelling_again_does_not_cut_the_stop_short():
-    async with homed() as arm:
-        task = await moving(arm)
-        for _ in range(5):
-            task.cancel()
-            await asyncio.sleep(0)
-        with pytest.raises(asyncio.CancelledError):
-            await task
-        assert still(arm)
-
-
-async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_kept():
-    async with homed() as arm:
-
-        async def inner():
-            async with asyncio.timeout(None) as deadline:
-                asyncio.get_running_loop().call_soon(deadline.reschedule, 0.0)
-                await arm.move_j(base_deg=60)
-
-        with pytest.raises(TimeoutError):
-            await inner()
-        assert still(arm)
-
-
 @pytest.mark.parametrize(
     "call",
     [
@@ -349,32 +228,6 @@ async def test_any_wait_can_be_cancelled(call):
         assert arm.sync.parts.core.readings.awaiting == 0
 
 
-async def test_a_cancelled_wait_of_a_handle_stops_the_motion():
-    async with homed() as arm:
-        handle = await arm.move_j(base_deg=60, wait=False)
-        task = asyncio.create_task(handle.wait())
-        await asyncio.sleep(0)
-        await cancelled(task)
-        with pytest.raises(Stopped):
-            await handle.wait()
-        handle = await arm.start(PoseMove(PLACE))
-        with pytest.raises(TimeoutError):
-            await handle.wait(0.5)
-        await handle.cancel()
-        assert handle.done
-
-
-async def test_a_cancelled_homing_leaves_nothing_referenced_and_nothing_at_work():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        task = asyncio.create_task(arm.home())
-        while arm.status.state is not State.HOMING:
-            await asyncio.sleep(0)
-        await cancelled(task)
-        assert arm.status.state is State.STANDBY
-        assert still(arm)
-        await arm.home()
-
-
 async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
     made = []
     inner = TaskRunner.__init__
@@ -389,19 +242,6 @@ async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
     await cancelled(task)
     (runner,) = made
     assert runner.pace.clock.engines == ()
-
-
-async def test_a_cancelled_close_is_carried_out():
-    arm = await AsyncArm.connect("sim:teachmover")
-    await arm.home()
-    mover = await moving(arm)
-    task = asyncio.create_task(arm.close())
-    await asyncio.sleep(0)
-    await cancelled(task)
-    assert arm.status.state is State.DISCONNECTED
-    assert not arm.twin.device.moving
-    with pytest.raises(Stopped):
-        await mover
 
 
 # -- Ends ------------------------------------------------------------------------------------------
@@ -440,37 +280,6 @@ def test_ctrl_c_stops_the_arm_before_the_program_ends():
     (arm,) = found
     assert arm.status.state is State.DISCONNECTED
     assert not arm.twin.device.moving
-
-
-@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of POSIX systems")
-def test_a_second_ctrl_c_within_a_persons_own_function_is_no_hang():
-    """The operator sees the first one cancel the task, and the second one leave the loop."""
-    arms, tasks, left = [], [], threading.Event()
-
-    def operator(request):
-        main = threading.main_thread().ident
-        for _ in range(40):  # a signal that comes as a thread falls asleep is heard at the next one
-            if not tasks[0].cancelling():
-                signal.pthread_kill(main, signal.SIGINT)
-                left.wait(timeout=0.1)
-        for _ in range(40):
-            if not left.wait(timeout=0.2):
-                signal.pthread_kill(main, signal.SIGINT)
-        return left.is_set()
-
-    async def homed():
-        async with AsyncArm.connect("sim:teachmover", operator=operator) as arm:
-            arms.append(arm)
-            tasks.append(asyncio.current_task())
-            await arm.home()
-
-    with asyncio.Runner() as runner:
-        with pytest.raises(KeyboardInterrupt):
-            runner.run(homed())
-        left.set()
-    assert tasks[0].done()
-    assert arms[0].status.state is State.DISCONNECTED
-    assert not arms[0].twin.device.moving
 
 
 class TestRealTime:

@@ -2,7 +2,7 @@
 
 import pytest
 from chain_files import shown_files, six_arm, six_links
-from cli_calls import Caller, write_arm_file, write_bench
+from cli_calls import Caller, write_bench
 
 from armdrive.storage import files as places
 
@@ -25,20 +25,6 @@ def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
     assert "other names no port" in sentence
 
 
-@pytest.mark.parametrize("there", [True, False])
-@pytest.mark.parametrize("name", ["./j.json", "j.json"])
-def test_a_file_with_another_ending_is_told_how_arm_files_end(
-    call, tmp_path, monkeypatch, name, there
-):
-    monkeypatch.chdir(tmp_path)
-    if there:
-        (tmp_path / name).write_text("{}")
-    for words in (("status", "--arm"), ("config", "show"), ("config", "set-default")):
-        assert "arm files end in .toml" in call.refused(*words, name, code=2)
-    assert "arm files end in .toml" in call("config", "check", name, code=2).out
-    assert "end in .toml" not in call.refused("status", "--arm", "/dev/ttyUSB0", code=2)
-
-
 def test_an_unknown_arm_is_asked_back_at_the_end(call):
     write_bench()
     assert call.refused("status", "--arm", "benhc", code=2).endswith("did you mean 'bench'?")
@@ -58,13 +44,6 @@ def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(c
     monkeypatch.delenv("ARMDRIVE_ARM")
     none = call("config", "set-default", "--none", "--json", code=0).json
     assert none["default"] == "default"  # the file of that name
-
-
-def test_an_arm_file_that_cannot_be_used_is_named_with_the_key(call):
-    path = write_arm_file("bench", 'model = "teachmover"\n[connection]\nbuad = 9600')
-    sentence = call.refused("status", "--arm", "bench", code=2)
-    assert "did you mean 'baud'" in sentence
-    assert str(path) in sentence
 
 
 def test_forced_simulation_turns_a_port_into_its_twin(call, monkeypatch):
@@ -107,17 +86,6 @@ def on_models(capsys, tmp_path, monkeypatch):
     return Caller(capsys)
 
 
-def test_five_joints_home_and_move_by_their_names(on_models):
-    on_models("home", "--arm", "five", code=0)
-    on_models("move", "--arm", "five", "--joint", "shoulder=50", "--joint", "elbow=-70", code=0)
-    joints = on_models("status", "--arm", "five", "--json", code=0).json["joints"]
-    assert joints["shoulder_deg"] == pytest.approx(50, abs=0.1)
-    assert joints["elbow_deg"] == pytest.approx(-70, abs=0.1)
-    moved = on_models("move", "--arm", "five", "--x", "260", "--y", "30", "--json", code=0).json
-    assert moved["pose"]["x_mm"] == pytest.approx(260, abs=0.5)
-    assert "yaw_deg" not in moved["pose"]
-
-
 def test_six_joints_take_a_yaw_and_keep_what_is_not_named(on_models):
     on_models("home", "--arm", "bench", code=0)
     moved = on_models("move", "--arm", "bench", "--yaw", "40", "--z", "450", "--json", code=0).json
@@ -133,17 +101,3 @@ def test_a_yaw_is_refused_where_no_hand_has_one(on_models):
     said = on_models("move", "--arm", "five", "--yaw", "20")
     assert said.code != 0
     assert "cannot take a yaw" in said.err
-
-
-def test_a_joint_is_written_with_its_angle(on_models):
-    assert "shoulder=40" in on_models("move", "--arm", "five", "--joint", "shoulder", code=2).err
-
-
-def test_ik_of_a_six_joint_model_takes_a_yaw(on_models):
-    model = str(places.arm_files() / "six.toml")
-    goal = ("--x", "450", "--y", "200", "--z", "500", "--pitch", "-60", "--roll", "10")
-    found = on_models("ik", "--model", model, *goal, "--yaw", "50", "--json", code=0).json
-    assert found["ok"]
-    assert found["met"] == ["heading", "pitch", "position", "roll"]
-    free = on_models("ik", "--model", model, *goal[:6], "--yaw", "50", "--json", code=0).json
-    assert free["met"] == ["heading", "position"]

@@ -8,8 +8,6 @@ import pytest
 from command_host import HostedCommand
 from waiting import LONG_S, suspended, until
 
-from kinematics import Motors
-
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
@@ -71,18 +69,6 @@ def status_of(call, sim):
     return call("status", *arm_on(sim), "--json", code=0).json
 
 
-def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
-    homed = call("home", "--yes", *arm_on(sim), "--json", code=0).json
-    assert homed["simulated"] is False
-    before = sim.watch.motors
-    moved = call("move", "--z", "10", *arm_on(sim), "--allow-restored", "--json", code=0).json
-    told = Motors(moved["acknowledged_steps"]) - Motors(homed["acknowledged_steps"])
-    made = Motors(sim.watch.motors) - Motors(before)
-    assert told.largest > 0
-    assert made == told
-    assert status_of(call, sim)["trust"] == "restored"
-
-
 def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
     call("home", "--yes", *arm_on(sim), code=0)
     called = call("move", "--z", "10", *arm_on(sim), code=3)
@@ -112,16 +98,6 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
     assert ended == code
     assert ("that this command moved was stopped" in err) == (number is not signal.SIGKILL)
     assert status_of(call, sim)["trust"] == ("suspect" if number is signal.SIGKILL else "restored")
-
-
-def test_an_arm_that_vanishes_in_mid_move_is_reported(call, tmp_path):
-    sim = Served("teachmover", pty=tmp_path / "arm")
-    with under_way(call, sim) as moving:
-        sim.end()
-        code, err = moving.end()
-    assert code == 4
-    assert err.startswith("armdrive: ")
-    assert err.count("\n") == 1
 
 
 def test_a_move_that_was_suspended_does_not_go_on_when_it_wakes(call, sim, moving):

@@ -5,16 +5,14 @@ import json
 import sys
 
 import pytest
-from cli_calls import Terminal, state_files, write_arm_file
+from cli_calls import Terminal, write_arm_file
 from simulated_port import SimulatedPorts
 
 import tui
 from armdrive.cli.chosen_arm import world_file
 from armdrive.cli.drive import jog
-from armdrive.connect.target import state_file
 from armdrive.registry import DIALECTS
 from armdrive.status import Trust
-from armdrive.storage import files as places
 
 ARM = "sim:teachmover"
 
@@ -35,43 +33,6 @@ def test_home_then_move_then_status_continue_one_another(call):
     assert seen["pose"] == moved["pose"]
     assert seen["trust"] == "restored"
     assert seen["simulated"] is True
-
-
-def test_coordinates_and_joints_that_are_not_named_stay(homed):
-    homed("move", "--x", "250", "--z", "120", code=0)
-    line = homed("move", "--y", "60", "--line", "--json", code=0).json
-    assert line["pose"]["y_mm"] == pytest.approx(60, abs=0.5)
-    assert line["pose"]["z_mm"] == pytest.approx(120, abs=0.5)
-    turned = homed("move", "--base", "-20", "--json", code=0).json
-    assert turned["joints"]["base_deg"] == pytest.approx(-20, abs=0.1)
-    for name in ("shoulder_deg", "elbow_deg", "wrist_pitch_deg"):
-        assert turned["joints"][name] == pytest.approx(line["joints"][name], abs=1e-9)
-
-
-def test_an_arc_and_a_goal_seen_from_the_tool(homed):
-    homed("move", "--x", "220", "--y", "-60", "--z", "120", "--pitch", "-90", code=0)
-    arc = homed("move", "--y", "60", "--via", "270,0,120", "--json", code=0).json
-    assert arc["pose"]["y_mm"] == pytest.approx(60, abs=0.5)
-    back = homed("move", "--frame", "tool", "--z", "-30", "--line", "--json", code=0).json
-    assert back["pose"]["z_mm"] == pytest.approx(150, abs=0.8)
-    assert back["pose"]["x_mm"] == pytest.approx(220, abs=0.8)
-    said = homed.refused("move", "--y", "60", "--frame", "board", code=2)
-    assert "no frame is called 'board'" in said
-
-
-def test_the_fingers_the_park_posture_and_what_rounding_left(homed):
-    parked = homed("move", "--park", "--json", code=0).json
-    assert parked["pose"]["z_mm"] == pytest.approx(30, abs=0.5)
-    opened = homed("move", "--gripper", "40", "--json", code=0).json
-    assert opened["gripper_mm"] == pytest.approx(40, abs=0.1)
-    assert opened["pose"] == parked["pose"]
-    called = homed("move", "--z", "80", "--speed", "0.5", code=0)
-    assert "from the goal by rounding to steps" in called.out
-
-
-def test_every_output_says_that_the_arm_is_simulated(homed):
-    for words in (("home",), ("move", "--z", "60"), ("status",)):
-        assert homed(*words, code=0).out.startswith(f"{ARM} (Microbot TeachMover), SIMULATED")
 
 
 def test_planned_motion_without_a_reference_is_refused_with_the_way_to_one(call):
@@ -110,11 +71,6 @@ def test_a_goal_beyond_a_bound_is_refused_and_nothing_moves(homed, goal, said):
     assert json.loads(in_json.err) == in_json.json["refusal"]
 
 
-def test_confirming_a_restored_posture_makes_it_a_reference(homed):
-    assert homed("status", "--json").json["trust"] == "restored"
-    assert homed("home", "--confirm", "--json", code=0).json["trust"] == "referenced"
-
-
 def test_home_yes_believes_the_person_and_moves_nothing(call):
     before = call("status", "--json").json["read_back_steps"]
     homed = call("home", "--yes", "--json", code=0).json
@@ -150,24 +106,6 @@ def test_a_damaged_world_ends_in_a_sentence_with_the_way_out(homed):
         assert "--fresh" in sentence
         homed("status", "--fresh", code=0)
         homed("status", code=0)
-
-
-def test_a_damaged_record_costs_the_reference_and_home_mends_it(homed):
-    state_file(ARM).write_text("{")
-    seen = homed("status", "--json", code=0).json
-    assert seen["trust"] == "unknown"
-    assert str(state_file(ARM)) in seen["trust_reason"]
-    homed("home", code=0)
-    homed("move", "--z", "60", code=0)
-
-
-def test_nothing_but_the_arm_s_own_files_stays_behind(homed):
-    homed("move", "--z", "60", code=0)
-    assert state_files(".holder") == []
-    assert state_files(".socket") == []
-    left = {path.name for path in places.states().iterdir()}
-    name = places.file_name("sim:teachmover")
-    assert left == {f"{name}.json", f"{name}.lock", f"{name}.world.json"}
 
 
 @pytest.fixture(params=["teachmover", "armdroid"])

@@ -15,28 +15,16 @@ import pytest
 from amounts import every_row
 from cli_calls import Caller
 
-from armdrive.cli import main, options, runner
+from armdrive.cli import runner
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
-from armdrive.cli.drive import arguments as drive_arguments
-from armdrive.cli.program import arguments as program_arguments
-from armdrive.cli.runner import command_at, command_parser
-from armdrive.cli.set_up import arguments as set_up_arguments
+from armdrive.cli.runner import command_parser
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
 
-HEAVY = {
-    "numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio", "lark",
-}  # fmt: skip
 LOADED_TO_RUN = {
     "armdrive.arm", "armdrive.connect", "lark", "numpy", "textual",
 }  # fmt: skip
-WITH_ACTIONS = {
-    "can": set_up_arguments.CAN_ACTIONS,
-    "config": set_up_arguments.CONFIG_ACTIONS,
-    "pendant": program_arguments.PENDANT_ACTIONS,
-    "points": drive_arguments.POINT_ACTIONS,
-}
 """The commands each of whose actions has a function of its own."""
 
 
@@ -61,21 +49,6 @@ def test_the_help_shows_every_command_in_its_group_on_one_screen(call, words):
         assert [cell.split()[0] for cell in rows[group]] == list(commands)
 
 
-@every_row(
-    "words, option",
-    [
-        (("watch",), "--every"),
-        (("teach", "stack.arm"), "--rest"),
-        (("can", "monitor", "can:virtual:x"), "--seconds"),
-    ],
-)
-@every_row("time", ["-1", "nan", "inf"])
-def test_a_time_is_finite_and_not_below_zero(call, words, option, time):
-    said = call.refused(*words, f"{option}={time}", code=2)
-    assert option in said
-    assert f"'{time}'" in said
-
-
 def test_the_exit_codes_of_all_errors_have_a_page_of_help(call):
     text = call("help", "exit-codes", code=0).out
     assert all(f"  {code} " in text for code in EXIT_CODES)
@@ -95,19 +68,6 @@ def test_every_command_has_its_own_help_and_one_that_prints_can_print_json(call,
     function, _ = ROWS[name]
     assert str(command_parser(name, function).description) in " ".join(text.split())
     assert "--json" in text or name in {"completion", "sim"}
-
-
-@pytest.mark.parametrize(
-    ("words", "example"),
-    [
-        ("home", "  armdrive home --declare park  "),
-        ("sim", "  armdrive sim --list  "),
-        ("can setup", "  can:socketcan:can0  "),
-        ("can monitor", "  armdrive can monitor can:socketcan:can0 --id 3\n"),
-    ],
-)
-def test_the_help_ends_with_examples_as_they_are_written(call, words, example):
-    assert example in call(*words.split(), "--help", code=0).out
 
 
 def test_the_version_is_the_packages(call):
@@ -181,52 +141,6 @@ def test_a_wrong_option_is_named_with_where_to_find_help(call, words, named):
     if words[0] not in ("fk", "sim") or "required" not in named:  # those two count for themselves
         assert re.search(f"; see `armdrive {words[0]}( go)? --help`$", sentence)
     assert call(*words).out == ""
-
-
-def test_what_is_no_option_in_a_help_is_noticed():
-    def glued(parser):
-        """Do something.
-
-        Options:
-          --speed SPEED how fast
-        """
-
-    for declared, said in ((glued, ValueError), (lambda parser: None, ArmError)):  # as with -OO
-        with pytest.raises(said):
-            options.add_options(argparse.ArgumentParser(), declared)
-
-
-def test_required_words_have_an_example():
-    """A wrong option is refused with one."""
-
-    def lacking(parser):
-        actions = [each for each in parser._actions if isinstance(each.choices, dict)]
-        typed = [
-            each for each in parser._actions if each.required and not isinstance(each.choices, dict)
-        ]
-        if typed and not options.examples(parser, parser.prog):
-            yield parser.prog
-        for each in actions:
-            for action in each.choices.values():
-                yield from lacking(action)
-
-    parsers = (command_parser(name, function) for name, (function, _) in ROWS.items())
-    assert [prog for parser in parsers for prog in lacking(parser)] == []
-
-
-def test_the_help_imports_nothing_heavy():
-    program = (
-        "import sys; from armdrive.cli import main; code = main(['--help'])\n"
-        "print(*sorted({name.partition('.')[0] for name in sys.modules}), file=sys.stderr)\n"
-        "sys.exit(code)"
-    )
-    ended = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=False
-    )
-    assert ended.returncode == 0
-    loaded = set(ended.stderr.split())
-    assert "armdrive" in loaded
-    assert not loaded & HEAVY
 
 
 def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
@@ -317,17 +231,6 @@ def test_a_command_loads_nothing_that_only_others_need(session, tmp_path):
         assert [name for name in loaded if f"{name}.".startswith(others)] == [], words
 
 
-@every_row("name", COMMANDS)
-def test_declared_options_reach_the_command(name):
-    function, _ = ROWS[name]
-    assert name in command_at(f"{function.partition('.')[0]}.arguments:ARGUMENTS")
-    if name not in WITH_ACTIONS:
-        assert callable(command_at(function))
-    else:
-        assert ":" not in function
-        assert all(callable(command_at(action.function)) for action in WITH_ACTIONS[name].values())
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")
 @pytest.mark.parametrize("words", ["--help", "errors E101"])
@@ -352,27 +255,6 @@ def test_closed_streams_are_no_traceback(call, tmp_path):
     words = f"'{sys.executable}' -m armdrive run '{program}' <&- >&- 2>&-"
     assert subprocess.run(words, shell=True, check=False).returncode == 0
     assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(120, abs=0.5)
-
-
-@pytest.mark.parametrize(
-    ("closed", "words", "code"),
-    [
-        ("stdin", ["pendant", "write", "ROWS"], 3),  # asks
-        ("stdout", ["status"], 0),
-        ("stdout", ["--help"], 0),  # loads nothing that could fill it
-        ("stderr", ["mvoe"], 2),
-        ("stderr", ["move"], 2),
-    ],
-)
-def test_a_closed_stream_is_as_if_it_led_nowhere(closed, words, code, tmp_path, monkeypatch):
-    rows = tmp_path / "rows.pendant"
-    rows.write_text("armdrive pendant program 1\n", encoding="utf-8")
-    monkeypatch.setattr(sys, closed, None)  # what Python makes of `<&-`, `>&-` and `2>&-`
-    try:
-        assert main([str(rows) if word == "ROWS" else word for word in words]) == code
-    finally:
-        if (filled := getattr(sys, closed)) is not None:
-            filled.close()
 
 
 def test_only_the_first_of_several_ending_signals_raises():
@@ -420,17 +302,6 @@ def examples(name: str) -> list[list[str]]:
     function, _ = ROWS[name]
     text = re.sub(r"\\\n *", "", command_parser(name, function).format_help())
     return [shlex.split(re.split(" [<>] ", found)[0]) for found in EXAMPLE.findall(text)]
-
-
-@every_row("name", sorted(ROWS.keys() - {"ports", "demo"}))
-def test_every_command_has_examples_and_understands_them(name):
-    found = examples(name)
-    assert found
-    for command, *words in found:
-        function, _ = ROWS[command]
-        command_parser(command, function).parse_args(words)
-        says = command == "can" or "--port" not in words or "--dialect" in words
-        assert says, f"{words}: without its dialect the arm on a port is refused"
 
 
 def helps(parser: argparse.ArgumentParser) -> Iterator[str]:
@@ -483,32 +354,9 @@ def test_the_examples_of_a_command_run_one_after_the_other(here, name):
         assert (called.code, called.err) == (0, ""), words
 
 
-@pytest.mark.parametrize("name", sorted(OF_A_HOLDER))
-def test_the_examples_of_a_command_to_another_program_reach_it(here, name):
-    with held_arm():
-        for words in examples(name):
-            here(*words, code=0)
-
-
 @contextmanager
 def held_arm():
     """Hold the simulated arm of the command line, as another program would."""
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
         arm.reference.confirm()
         yield
-
-
-@pytest.mark.parametrize(
-    ("command", "otherwise"),
-    [
-        *((command, "every arm that your programs are driving") for command in sorted(OF_A_HOLDER)),
-        ("watch", "the only arm that your programs are driving"),
-        ("teach", "the only arm that your programs are driving"),
-    ],
-)
-def test_the_help_of_a_command_to_a_driving_program_says_which_arm_it_means(
-    call, command, otherwise
-):
-    said = call("help", command, code=0).out
-    assert f"Without one of these options, {otherwise}." in said
-    assert "--fresh" not in said, "that program has the simulated arm already"

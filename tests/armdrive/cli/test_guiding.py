@@ -9,9 +9,7 @@ from armdrive.cli import terminal_operator
 from armdrive.cli.chosen_arm import connect_remembered, world_file
 from armdrive.cli.terminal_operator import (
     TerminalOperator,
-    difference,
     parse_jogs,
-    posture_pictures,
 )
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, DeviceFault, LinkLost, Stopped
@@ -84,74 +82,6 @@ def test_a_line_that_means_nothing_is_answered_and_moves_nothing(call, typing):
     assert call("status", "--json", code=0).json["acknowledged_steps"] is not None
 
 
-def test_motors_are_switched_on_after_the_operator_agrees(call, typing):
-    typing("ok", "no")
-    called = call("home", "--guide", "--sim", "robko01", code=3)
-    assert "motors are off" in called.out
-    typing("ok", "on", "base 1", "done")
-    assert "base +1: done" in call("home", "--guide", "--sim", "robko01", code=0).out
-
-
-def test_a_program_that_wants_json_is_not_prompted(call, typing):
-    typing("ok", "done")
-    assert "somebody has to look" not in call("home", "--json", code=0).out
-
-
-@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
-def test_the_posture_is_drawn_from_two_sides_with_the_remaining_amounts(dialect):
-    arm = Arm.connect(f"sim:{dialect}")
-    request = arm.reference.request()
-    assert difference(request) == ""  # nothing is known of this arm
-    lines = posture_pictures(arm, request.joints, request.opening_mm)
-    assert len(lines) == terminal_operator.PICTURE_HEIGHT
-    assert any(line[terminal_operator.PICTURE_WIDTH :].strip() for line in lines)
-    assert max(map(len, lines)) < 80
-    arm.reference.declare(request.joints.replace(base=0.1))
-    assert "base -5." in difference(request)
-
-
-@pytest.mark.parametrize("terminal", [True, False])
-def test_the_desk_is_offered_only_where_it_can_be_opened(typing, capsys, terminal):
-    arm = Arm.connect(ARM)
-    guide = TerminalOperator(terminal=terminal)
-    typing("desk", "quit")
-    guide(arm.reference.request())
-    assert guide.wants_desk is terminal
-    assert ("open the desk" in capsys.readouterr().out) is terminal
-
-
-@pytest.mark.parametrize("columns", [10, 30, 78, 79, 200])
-def test_the_pictures_fit_on_a_narrow_terminal_one_below_the_other(monkeypatch, columns):
-    monkeypatch.setenv("COLUMNS", str(columns))
-    arm = Arm.connect(ARM)
-    request = arm.reference.request()
-    lines = posture_pictures(arm, request.joints, request.opening_mm)
-    assert max(map(len, lines)) <= columns
-    views = 1 if columns >= 79 else 2
-    assert len(lines) == views * terminal_operator.PICTURE_HEIGHT
-
-
-def test_the_arm_stays_where_it_was_when_the_guide_only_looked(typing):
-    arm = Arm.connect(ARM)
-    before = arm.twin.world.motors
-    typing("show", "help")
-    assert not TerminalOperator(terminal=False)(arm.reference.request())
-    assert arm.twin.world.motors == before
-
-
-@every_row(
-    "line, jogs",
-    [
-        ("shoulder -2", [("shoulder", -2.0)]),
-        ("wrist_pitch 5", [("wrist_pitch", 5.0)]),
-        ("wrist-roll 5", [("wrist_roll", 5.0)]),
-        ("sh 1 g 2.5", [("shoulder", 1.0), ("gripper", 2.5)]),
-    ],
-)
-def test_lines_are_read_as_they_are_meant(line, jogs):
-    assert parse_jogs(line.split(), AXES) == jogs
-
-
 @every_row(
     "line, said",
     [
@@ -165,26 +95,6 @@ def test_lines_are_read_as_they_are_meant(line, jogs):
 def test_lines_that_might_mean_anything_are_refused(line, said):
     with pytest.raises(BadRequest, match=said):
         parse_jogs(line.split(), AXES)
-
-
-def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
-    import tui
-    from armdrive.cli.drive import home
-
-    opened = []
-
-    def desk(arm, *, ascii_only) -> int:
-        opened.append(arm.status.state)
-        arm.jog_j(base_deg=1.0)
-        arm.request_stop()
-        return 0
-
-    at_the_mark()
-    monkeypatch.setattr(tui, "run_desk", desk)
-    monkeypatch.setattr(home, "TerminalOperator", lambda terminal: TerminalOperator(terminal=True))
-    typing("ok", "desk", "base -1", "done")
-    assert "referenced: tip" in call("home", "--guide", code=0).out
-    assert opened == [State.STANDBY]
 
 
 def unplug(arm):

@@ -1,12 +1,10 @@
 """Files that a person names: each is written once, and overwritten only with --force."""
 
 import pytest
-from amounts import every_row
 
 from armdrive import Arm, BadRequest
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmFileError
 
 OLD = "what was there before\n"
 LONG = "n" * 300
@@ -85,32 +83,3 @@ def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
         arm.recorder.save(folder / "ready.arm", overwrite=True)
     assert (folder / "ready.arm").read_text(encoding="utf-8").startswith("{")
     assert sorted(each.name for each in folder.iterdir()) == ["ready.arm"]
-
-
-@every_row("length", [300, 5000])
-@every_row(
-    "words, ends",
-    [
-        ("status --arm NAME", 2),
-        ("status --port /dev/NAME --dialect grbl", 4),
-        ("doctor /dev/NAME --yes", 4),
-        ("doctor --arm NAME", 2),
-        ("config show NAME", 2),
-        ("config set-default NAME", 2),
-        ("can setup NAME --sim --yes", 2),
-        ("points delete NAME", 2),
-        ("run NAME.arm", 2),
-        ("run NAME.py", 2),
-        ("log NAME", 2),
-    ],
-)
-def test_a_name_that_is_too_long_for_a_file_is_refused_as_any_wrong_name(call, words, ends, length):
-    line = words.replace("NAME", "n" * length).split()
-    assert "E002" not in call(*line, code=ends).err
-
-
-def test_a_script_s_long_names_are_refused_as_any_wrong_name(tmp_path):
-    with pytest.raises(ArmFileError):
-        Arm.connect("n" * 5000)
-    with Arm.connect("sim:teachmover") as arm, pytest.raises(BadRequest):
-        arm.recorder.save(tmp_path / LONG)

@@ -3,7 +3,6 @@
 import os
 import sys
 from argparse import Namespace
-from pathlib import Path
 
 import pytest
 from amounts import every_row
@@ -27,7 +26,6 @@ from armdrive.cli.presenter import (
     with_arm,
 )
 from armdrive.cli.program.run_output import RunOutput
-from armdrive.sim import serving
 
 if sys.platform != "win32":
 
@@ -51,11 +49,6 @@ if sys.platform != "win32":
 STATE, NAME = Result({"state": "standby"}, "it stands"), Result({"name": "a"}, ("its name:", "a"))
 
 
-def lines_that_are_never_made():
-    raise AssertionError("lines were made that nobody reads")
-    yield
-
-
 @pytest.mark.parametrize(
     ("outcome", "as_text", "as_json", "code"),
     [
@@ -77,13 +70,6 @@ def test_a_result_has_two_forms_and_the_options_choose(capsys, outcome, as_text,
         else:
             assert present(outcome, Namespace(**options)) == code
         assert capsys.readouterr().out == said
-
-
-def test_lines_are_made_only_where_they_are_printed(capsys):
-    result = Result({"a": 1}, lines_that_are_never_made())
-    assert present(result, Namespace(json=True)) == 0
-    with pytest.raises(AssertionError):
-        present(Result({}, lines_that_are_never_made()), Namespace(json=False))
 
 
 @pytest.fixture
@@ -128,20 +114,6 @@ def test_colours_are_left_out_where_they_are_not_wanted(terminal, monkeypatch, n
 # A terminal gets lines folded at spaces. Its own way is to break them in the middle of a word.
 
 
-def test_a_simulator_answers_in_lines_that_fit_the_terminal(call, monkeypatch):
-    replies = []
-
-    def run_device(device, server, commands, reply, **named):
-        server.close()
-        replies.append(reply)
-
-    monkeypatch.setattr(serving, "run_device", run_device)
-    with Path(os.devnull).open(encoding="utf-8") as stdin:
-        monkeypatch.setattr(sys, "stdin", stdin)
-        call("sim", "teachmover", "--tcp", "127.0.0.1:0", code=0)
-    assert replies == [say_lines]
-
-
 LONG = "the arm stands, and what is longer than a line goes on below"
 FOLDED = "the arm stands, and\n  what is longer than\n  a line goes on below"
 
@@ -176,21 +148,6 @@ def test_a_terminal_gets_sentences_folded_and_documents_as_they_are(
     monkeypatch.setattr(sys, "stdin", Terminal("yes\n"))
     show()
     assert stream.getvalue() == shown
-
-
-def test_a_folded_line_keeps_its_colours(narrow):
-    stream = narrow()
-    say(("state   ", Inked("moving, slowly", Ink.GOOD), " and", Inked(" on", Ink.BAD)))
-    assert stream.getvalue() == (
-        "state   \x1b[32mmoving, slowly\x1b[0m\n        and \x1b[1;31mon\x1b[0m\n"
-    )
-
-
-def test_a_pipe_gets_whole_lines_without_colours(capsys, monkeypatch):
-    monkeypatch.setenv("COLUMNS", "22")
-    say((Inked("moving", Ink.GOOD), f": {LONG}"))
-    complain(f"armdrive: {LONG}")
-    assert capsys.readouterr() == (f"moving: {LONG}\n", f"armdrive: {LONG}\n")
 
 
 # A remedy that names a command names the arm as well, if one was named.

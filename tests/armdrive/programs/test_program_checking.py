@@ -117,11 +117,6 @@ def test_all_mistakes_are_reported_at_once_in_line_order():
     assert [line for line, _, _ in refused(text)] == [1, 2, 3, 6, 7]
 
 
-def test_a_head_that_cannot_be_read_takes_its_end_along():
-    assert len(refused("while (\nready\nend\nrepeat 1\nend")) == 1
-    assert len(refused("if (\nready\nelse\nhome\nend")) == 1
-
-
 @every_row("line", ["else", "define f()", "elseif on", ")", "ready )", "x ="])
 def test_a_line_that_does_not_fit_leaves_the_block_as_it_was(line):
     inner = "end\n" if line.startswith("define") else ""
@@ -223,14 +218,6 @@ def test_the_joints_of_another_arm_are_another_arms():
 
 def test_parameters_hide_the_programs_names_and_are_free_again_outside():
     assert told("x = 1\ndefine f(x)\nx = x + 1\ntype x\nend\nf(7)\ntype x") == ["8", "1"]
-
-
-def test_variables_belong_to_the_whole_program():
-    assert told("define f()\nx = 5\nend\nf()\ntype X") == ["5"]
-
-
-def test_an_empty_program_does_nothing():
-    assert acts("") == []
 
 
 @every_row("wrong", ["end end", "end 1"])

@@ -5,7 +5,7 @@ import json
 import pytest
 from amounts import every_row
 from program_acts import goal_of, ready, travels
-from program_bench import acts, fk, refused, reply, run, started, told
+from program_bench import acts, refused, reply, run, started, told
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import Say, act_name
@@ -144,12 +144,6 @@ def test_an_answer_of_a_wrong_kind_is_refused_and_the_act_stays(text, answer):
     assert machine.next() == stage
 
 
-def test_without_an_arm_a_posture_has_no_coordinates():
-    machine = read_program("x = pick.x").machine({"pick": {"base": 0.0}})
-    with pytest.raises(ProgramError, match="no x, y and z without an arm"):
-        machine.next()
-
-
 # -- taking it up again ------------------------------------------------------------------------
 
 
@@ -160,13 +154,6 @@ def snapshot():
         machine.answer(reply(machine.next().act))
     machine.next()
     return json.loads(json.dumps(machine.snapshot()))
-
-
-def test_a_run_goes_on_with_the_points_that_it_began_with():
-    data = snapshot()
-    again = read_program(STACK, "test.arm").restored(data, fk=fk)
-    assert "pick" in data["points"]
-    assert [act for act in run(again) if act_name(act) == "Ready"] == [ready(0.5)]
 
 
 def test_another_program_does_not_take_it_up():

@@ -19,7 +19,7 @@ from armdrive.programs import read_program
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Home, Outputs, ReadInput, Remember, Say
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.program import ArmProgram
-from armdrive.programs.progress import FOR_EVER, UNKNOWN, RunProgress, Took, nearest
+from armdrive.programs.progress import FOR_EVER, UNKNOWN, RunProgress, Took
 from armdrive.programs.rehearsal import (
     Patience,
     RehearsalOptions,
@@ -256,14 +256,6 @@ def test_a_loop_that_waits_for_an_input_is_left_when_the_input_comes():
     assert stays_off.endless.line == 1
 
 
-def test_a_loop_that_ends_is_not_taken_for_endless():
-    arm = table_arm()
-    text = "n = 0\nwhile n < 30\nn = n + 1\nmove here\nend\nrepeat 3\ntype 1\nend"
-    rehearsal = rehearsed(arm, text)
-    assert (rehearsal.whole, rehearsal.endless) == (True, None)
-    assert len(rehearsal.loops[0]) == 63
-
-
 @pytest.mark.parametrize(("loops", "rehearsed"), [(1, 1), (2, 2), (7, 2), (FOR_EVER, 2)])
 def test_two_loops_stand_for_all_that_follow(loops, rehearsed):
     arm = table_arm("teachmover")
@@ -333,16 +325,6 @@ def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
     assert rehearse(SeenArm.of(arm), RunPlan(Script(TOUR))).path == ()
 
 
-def test_a_slowed_arm_is_rehearsed_slowly():
-    arm = table_arm("teachmover")
-    full = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR[:4])))
-    arm.speed_override = 0.25
-    slow = rehearse(SeenArm.of(arm), RunPlan(Script(TOUR[:4])))
-    assert slow.share == 0.25
-    assert slow.took_s == pytest.approx(took_s(arm, Script(TOUR[:4])), rel=0.02)
-    assert slow.took_s > 2.5 * full.took_s
-
-
 # -- how far a run has come, by its rehearsal -----------------------------------------------------
 
 
@@ -382,34 +364,3 @@ def test_how_far_a_run_has_come(name):
         progress.begins(SourceMark(line), loop)
         found = progress.estimate(0.0).percent, progress.estimate(5.0).left_s
         assert found == pytest.approx((percent, left_s))
-
-
-def test_the_whole_time_is_known_unless_there_is_no_end():
-    assert RunProgress([ONCE]).total_s == 100
-    assert RunProgress(LOOPS, repeated=4).total_s == 100
-    assert RunProgress(LOOPS, repeated=10**12).total_s == 40 + 20 * (10**12 - 1)
-    assert RunProgress(LOOPS, repeated=FOR_EVER).total_s is None
-    assert RunProgress(()).total_s is None
-
-
-def test_a_slowed_run_has_more_time_left_and_none_has_less_than_none():
-    progress = RunProgress([ONCE])
-    progress.begins(SourceMark(1))
-    assert progress.estimate(0.0, 0.5).left_s == 200
-    assert progress.estimate(4.0, 0.5).percent == 2
-    progress.begins(SourceMark(4))
-    assert (progress.estimate(1000.0).percent, progress.estimate(1000.0).left_s) == (100, 0)
-
-
-@every_row(
-    "lines, line, expected, index",
-    [
-        ((1, 2, 1, 2), 1, 1, 2),
-        ((1, 2, 1, 2), 1, 3, 2),
-        ((1, 2), 1, 9, 0),
-        ((1, 2), 3, 0, None),
-        ((), 3, 0, None),
-    ],
-)
-def test_a_place_is_looked_for_ahead_and_then_behind(lines, line, expected, index):
-    assert nearest([SourceMark(each) for each in lines], SourceMark(line), expected) == index

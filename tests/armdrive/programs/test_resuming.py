@@ -5,7 +5,7 @@ from itertools import count
 
 import pytest
 from amounts import THOROUGH, amount
-from program_acts import go, grasp, travels
+from program_acts import go, travels
 from running_bench import (
     BLOCK,
     PICK_AND_PLACE,
@@ -15,7 +15,6 @@ from running_bench import (
     at_each_start,
     begin,
     down,
-    kill,
     recorded,
     restarted,
     twin_at_reference,
@@ -24,7 +23,6 @@ from running_bench import (
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.moves import GripperMove, MoveSequence
-from armdrive.programs.acts import Home
 from armdrive.programs.journal import (
     interrupted,
     journal_file,
@@ -139,16 +137,6 @@ def test_a_program_stopped_twice_at_any_time_ends_the_same(arm, path, after_s):
     assert placed(arm)
 
 
-def test_a_program_killed_in_mid_motion_cannot_resume_with_a_suspect_position(arm, path):
-    script = Script(PICK_AND_PLACE)
-
-    with pytest.raises(Killed), on_its_way(arm, 1, kill):
-        begin(arm, script, path)
-    again = restarted(arm)
-    with pytest.raises(NotReferenced):
-        resume(again, script, path)
-
-
 def test_after_a_pulled_cable_and_a_reference_the_error_says_where_to_bring_the_arm(arm, path):
     script = Script(PICK_AND_PLACE)
     with pytest.raises(ArmError), on_its_way(arm, 5, lambda _: arm.twin.link.unplug()):
@@ -185,13 +173,6 @@ def test_another_or_a_changed_program_does_not_resume(arm, path):
         require_same_program(entry, "1" * 64, entry.program)
     with pytest.raises(Refused, match=r"and not other\.arm"):
         require_same_program(entry, "1" * 64, "other.arm")
-
-
-def test_a_reference_that_was_interrupted_is_taken_again(arm, path):
-    script = killed(arm, path, 1, acts=(Home(), *PICK_AND_PLACE[:2], grasp()))
-    arm.move_j(base_deg=40)
-    resume(arm, script, path)
-    assert arm.twin.world.scene.held == "A"
 
 
 def test_a_damaged_journal_says_so(arm, path):

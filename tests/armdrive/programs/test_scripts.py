@@ -1,6 +1,5 @@
 """Python scripts: on the arm of the command or their own, checked on simulated ones."""
 
-import json
 import sys
 from pathlib import Path
 
@@ -10,12 +9,11 @@ from cli_calls import TRACEBACK, write_bench
 from running_bench import Keys
 
 from armdrive import Arm
-from armdrive.arm import override_connections, overriding_arm
 from armdrive.cli import main
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.scripts import carry_out, read_script, simulation_only
+from armdrive.programs.scripts import carry_out, read_script
 
 
 @pytest.fixture
@@ -75,12 +73,6 @@ def test_arguments_are_the_scripts_own_and_so_is_its_exit_code(homed, write):
     assert "enough" in homed("run", write("raise SystemExit('enough')\n"), code=1).err
 
 
-def test_a_script_imports_from_its_own_folder(homed, write):
-    write("WORD = 'beside'\n", "beside_the_script.py")
-    assert "beside" in homed("run", write("from beside_the_script import WORD\nprint(WORD)\n")).out
-    sys.modules.pop("beside_the_script")
-
-
 def test_an_error_of_an_arm_is_one_sentence_with_its_line(homed, write):
     path = write(TOUR.replace("y_mm=80", "y_mm=800"))
     failed = homed("run", path, code=3)
@@ -126,21 +118,6 @@ def test_an_error_in_a_thread_of_a_script_is_the_scripts(homed, write, words, ca
     assert shown.count(TRACEBACK) == 1
     assert "KeyError: 'mine'" in shown
     assert "armdrive itself failed" not in shown
-
-
-def test_arms_that_a_script_leaves_open_are_stopped_and_closed(homed, write):
-    path = write(
-        """\
-        from armdrive import Arm
-        arm = Arm.connect()
-        arm.move_j(base_deg=80, speed=0.1, wait=False)
-        arm.sleep(1)
-        """
-    )
-    homed("run", path, code=0)
-    view = homed("status", "--json", code=0).json
-    assert view["trust"] == "restored"
-    assert 0.5 < view["joints"]["base_deg"] < 79
 
 
 def test_a_check_runs_the_script_on_simulated_arms_in_their_reference_posture(call, write):
@@ -269,23 +246,6 @@ def test_coroutines_are_run_checked_and_stepped_through_too(homed, write, monkey
     assert keys.taken == 2
 
 
-def test_a_slowed_script_is_slow_on_every_arm(homed, write):
-    path = write(
-        """\
-        from armdrive import Arm
-        with Arm.connect() as one, Arm.connect("sim:grbl") as two:
-            print(one.speed_override, two.speed_override)
-        """
-    )
-    assert "0.25 0.25" in homed("run", path, "--speed", "25%", code=0).out
-
-
-def test_a_recording_of_a_script_is_kept(homed, write, tmp_path):
-    output = tmp_path / "run.jsonl"
-    homed("run", write(TOUR), "--record", str(output), code=0)
-    assert json.loads(output.read_text(encoding="utf-8").splitlines()[0])
-
-
 def test_calls_within_calls_are_not_the_scripts(write):
     script = Path(
         write(
@@ -304,25 +264,3 @@ def test_calls_within_calls_are_not_the_scripts(write):
     assert made == 0
     assert heard == [("enable", 3), ("home", 4), ("park", 5)]
     assert [arm.closed for arm in arms] == [True]
-
-
-def test_the_latest_override_applies_and_none_remains_afterwards():
-    one, two = object(), object()
-    with override_connections(lambda *_: one):
-        with override_connections(lambda *_: two):
-            assert Arm.connect("sim:grbl") is two
-        assert Arm.connect() is one
-        with override_connections(lambda *_: None), Arm.connect("sim:grbl") as arm:
-            assert arm.status.dialect == "grbl"
-    assert overriding_arm(None, {}) is None
-
-
-def test_only_simulated_arms_meanwhile(monkeypatch):
-    import os
-
-    for before in (None, "0", "1"):
-        if before is not None:
-            monkeypatch.setenv("ARMDRIVE_FORCE_SIM", before)
-        with simulation_only():
-            assert os.environ["ARMDRIVE_FORCE_SIM"] == "1"
-        assert os.environ.get("ARMDRIVE_FORCE_SIM") == before

@@ -1,6 +1,5 @@
 """How the prompt reads the lines that are typed, without an arm."""
 
-import program_bench
 import pytest
 from amounts import every_row
 from program_acts import fingers, go, ready
@@ -77,13 +76,6 @@ def test_an_opening_waits_for_the_move_of_a_later_entry(prompt):
     assert prompt("ready") == [fingers(None), ready()]
 
 
-def test_a_shifted_point_of_the_book_stays_shifted():
-    prompt = Prompt(book=program_bench.BOOK)
-    prompt("shift pick by 0, 0, 10")
-    whole = program_bench.told("shift pick by 0, 0, 10\ntype pick.z")
-    assert prompt("type pick.z") == said(*whole)
-
-
 def test_a_subprogram_can_be_replaced_and_needs_what_it_needed(prompt):
     for text in ("1", "2"):
         prompt("define f()", f"type {text}", "end")
@@ -156,26 +148,12 @@ def test_a_mistake_is_shown_with_the_typed_line(line, told):
     assert prompt.session.text == "w = 1\npoint pick = at(250, 0, 40, -90)\n"
 
 
-def test_a_subprogram_with_the_name_of_a_saved_point_is_called_by_its_name_alone(prompt):
-    prompt("define tray", "  type 1", "end")
-    assert prompt("tray") == said("1")
-    assert prompt.session.text.endswith("\ntray\n")
-
-
 def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_on(prompt):
     prompt("repeat 2", "type 1")
     for line, sentence in (("tpye 1", "there is no word 'tpye'"), ("else", "belongs to no `if`")):
         with pytest.raises(ProgramError, match=sentence):
             prompt(line)
     assert prompt("type 2", "end") == said("1", "2", "1", "2")
-
-
-@pytest.mark.parametrize("wrong", ["end end", "else ready", "end 1"])
-def test_a_wrong_end_or_else_ends_no_block(prompt, wrong):
-    prompt("if on", "type 1")
-    with pytest.raises(ProgramError):
-        prompt(wrong)
-    assert prompt("type 2", "else", "end") == said("1", "2")
 
 
 def test_a_mistake_within_a_subprogram_names_the_entry_that_it_was_typed_in(prompt):

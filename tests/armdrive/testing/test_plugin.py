@@ -4,23 +4,18 @@ import asyncio
 import math
 import subprocess
 import sys
-import tomllib
-from importlib.metadata import EntryPoint
-from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from sim_bench import descend, grasp, lift, reach, spread
 
-from armdrive import Arm, ArmInUse, AsyncArm, NoAnswer, NotReferenced, Pose, Stopped, WrongState
-from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry import simulate
+from armdrive import Arm, AsyncArm, NotReferenced, Pose, Stopped
+from armdrive.errors import BadRequest
 from armdrive.sim.world import World
 from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
-from armdrive.status import State, Trust
+from armdrive.status import Trust
 from armdrive.testing import ArmWorld
+
+pytest_plugins = ["pytester"]
 
 # -- A world ---------------------------------------------------------------------------------------
 
@@ -75,30 +70,12 @@ def test_whatever_a_program_connects_to_it_is_the_worlds_arm(world, target, opti
         assert arm.parts.pace.clock is world.clock
 
 
-def test_an_arm_file_that_is_there_says_what_the_arm_is(world, tmp_path):
-    file = tmp_path / "bench.toml"
-    file.write_text('model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/x"\n')
-    with Arm.connect(str(file)) as arm:
-        assert arm.config.name == "sim:bench"
-    with pytest.raises(ArmFileError):
-        Arm.connect(str(tmp_path / "none.toml"))
-
-
 def test_a_program_that_means_another_arm_is_told_how_to_mark_its_test(world):
     world.faults.add("drop", 0.0)
     with pytest.raises(BadRequest, match=r"mark it with @pytest.mark.armdrive"):
         Arm.connect("sim:grbl")
     with pytest.raises(BadRequest, match="robko02"):
         Arm.connect("sim:robko02")
-
-
-def test_the_world_can_be_of_another_arm():
-    with ArmWorld("sim:grbl") as world:
-        assert world.twin.dialect == "grbl"
-        with Arm.connect("bench") as arm:
-            assert arm.status.dialect == "grbl"
-        with pytest.raises(BadRequest, match="TeachMover"):
-            Arm.connect("sim:teachmover")
 
 
 def test_the_next_program_finds_the_arm_as_the_last_one_left_it(world):
@@ -113,14 +90,6 @@ def test_the_next_program_finds_the_arm_as_the_last_one_left_it(world):
     with Arm.connect("bench", allow_restored=True) as arm:
         arm.move_j(base_deg=31)
     assert world.joints.deg["base"] == pytest.approx(stood.deg["base"] + 1, abs=0.2)
-
-
-def test_two_programs_cannot_hold_one_arm(world):
-    first = Arm.connect("bench")
-    with pytest.raises(ArmInUse, match=r"arm_world\.add"):
-        Arm.connect("bench")
-    first.close()
-    Arm.connect("bench").close()
 
 
 def test_arms_are_placed_by_the_names_that_the_program_uses(world):
@@ -231,20 +200,6 @@ def test_the_end_closes_what_is_open_and_later_connections_lead_elsewhere():
         assert other.twin is not world.twin
 
 
-def test_a_with_block_whose_arm_cannot_be_switched_on_leaves_no_connection_open():
-    with ArmWorld("sim:robko01") as world:
-        arm = Arm.connect("sim:robko01")
-        world.faults.add("mute")
-        with pytest.raises(NoAnswer), arm:
-            raise AssertionError("the motors are not on")
-        assert arm.closed
-        with pytest.raises(WrongState, match="closed for good"), arm:
-            raise AssertionError("the arm is not connected")
-        world.faults.end("mute")
-        with Arm.connect("sim:robko01") as again:
-            assert again.status.state is State.STANDBY
-
-
 # -- A table ---------------------------------------------------------------------------------------
 
 TALL = TableBlock("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)
@@ -275,24 +230,6 @@ def around(world, z_mm):
     reach(world, 250.0, 0.0, 120.0)
     spread(world, 60.0)
     descend(world, 250.0, 0.0, z_mm)
-
-
-@given(
-    st.floats(-900, 900), st.floats(-900, 900), st.floats(-math.pi, math.pi),
-    st.tuples(st.floats(-500, 500), st.floats(-500, 500), st.floats(0, 300)),
-)  # fmt: skip
-def test_from_the_base_to_the_table_and_back_is_where_it_was(x_mm, y_mm, turned_rad, point):
-    stand = Stand(x_mm=x_mm, y_mm=y_mm, turned_rad=turned_rad)
-    assert stand.from_base(stand.on_table(point)) == pytest.approx(point, abs=1e-9)
-    assert math.dist(stand.on_table(point), stand.on_table((0.0, 0.0, point[2]))) == pytest.approx(
-        math.hypot(*point[:2]), abs=1e-9
-    )
-
-
-def test_an_arm_that_is_not_turned_sees_the_tables_own_coordinates_exactly():
-    table = Table()
-    table.put(TALL)
-    assert World(stand=Stand(table)).scene.blocks["A"] == TALL
 
 
 def test_each_arm_sees_a_block_from_its_own_base():
@@ -330,14 +267,6 @@ def test_a_block_is_handed_over_and_stays_where_it_was():
     assert near.incidents + far.incidents == []
 
 
-def test_the_second_to_let_go_first_changes_nothing():
-    table, near, far = held(by_both=True)
-    spread(far, 60.0)
-    assert (near.scene.held, far.scene.held) == ("A", None)
-    lift(near, 40.0)
-    assert table.blocks["A"].z_mm == pytest.approx(40.0, abs=2.0)
-
-
 def test_the_first_pulls_a_block_out_of_fingers_that_hold_still_and_says_so():
     _, near, far = held(by_both=True)
     lift(near, 100.0)
@@ -347,68 +276,8 @@ def test_the_first_pulls_a_block_out_of_fingers_that_hold_still_and_says_so():
     assert "another arm's fingers" in incident.sentence
 
 
-def test_the_second_goes_away_and_leaves_the_block_with_the_first():
-    table, near, far = held(by_both=True)
-    lift(far, 100.0)
-    assert (near.scene.held, far.scene.held) == ("A", None)
-    assert table.blocks["A"].place == pytest.approx(TALL.place, abs=1.0)
-
-
-def test_both_let_go_and_it_falls():
-    table, near, _far = held()
-    lift(near, 50.0)
-    assert table.blocks["A"].z_mm > 40.0
-    spread(near, 60.0)
-    assert table.blocks["A"].z_mm == 0.0
-
-
-def test_a_block_on_a_knocked_over_one_falls_too():
-    table, near, far = facing()
-    table.put(TALL)
-    table.put(TableBlock("B", 250.0, 0.0, 60.0, width_mm=20.0, height_mm=20.0))
-    around(near, 20.0)
-    grasp(near)
-    around(far, 45.0)
-    grasp(far)
-    assert near.scene.carried == ("A", "B")
-    spread(near, 60.0)
-    assert far.scene.carried == ("A", "B")
-    far.give_way((0, 40, 0, 0, 0, 0))
-    low, high = table.blocks["A"], table.blocks["B"]
-    assert high.z_mm - low.z_mm == pytest.approx(60.0, abs=0.1)
-    assert low.place != TALL.place
-
-
-def test_a_block_in_the_fingers_of_one_is_not_pushed_by_the_other_but_that_is_told():
-    table, near, far = held()
-    lift(near, 60.0)
-    place = table.blocks["A"].place
-    reach(far, 250.0, 60.0, 90.0)
-    spread(far, 0.0)
-    reach(far, 250.0, 0.0, 90.0)
-    assert table.blocks["A"].place == place
-    assert [each.kind for each in far.incidents] == [IncidentKind.KNOCK]
-
-
-def test_a_block_that_is_taken_away_is_gone_out_of_all_fingers():
-    table, near, far = held(by_both=True)
-    assert table.take("A") == TALL.at(TALL.place)
-    assert (near.scene.held, far.scene.held) == (None, None)
-    assert (near.scene.contact_mm, far.scene.contact_mm) == (0.0, 0.0)
-    with pytest.raises(BadRequest, match="there is no block 'A'; there are: none"):
-        table.take("A")
-
-
-def test_a_saved_world_is_put_on_no_other_table():
-    config = simulated_config("teachmover")
-    saved = simulate(config).save()
-    with pytest.raises(BadRequest, match="table of its own"):
-        simulate(config, saved, stand=Stand())
-
-
 # -- The plugin ------------------------------------------------------------------------------------
 
-pytest_plugins = ["pytester"]
 
 PLUGIN = "armdrive.testing.plugin"
 ALONE = [f"-p{PLUGIN}", "-pno:cacheprovider"]
@@ -553,13 +422,6 @@ def test_an_unknown_arm_is_one_sentence_even_for_a_test_that_never_connects(pass
     """
     ended = passes(source, "--armdrive-dialect=robko", passed=0, errors=3)
     ended.stdout.re_match_lines([".*gerbil.*grbl", ".*none.toml", ".*robko.*robko01"])
-
-
-def test_the_plugin_is_registered_under_its_modules_name_and_so_never_twice():
-    project = tomllib.loads((Path(__file__).parents[3] / "pyproject.toml").read_text())
-    (entry,) = project["project"]["entry-points"]["pytest11"].items()
-    assert entry == (PLUGIN, PLUGIN)
-    assert hasattr(EntryPoint(*entry, "pytest11").load(), "arm_world")
 
 
 def test_loading_it_imports_nothing_heavy():

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from cli_calls import write_arm_file, write_bench
+from cli_calls import write_bench
 
 import tui
 from armdrive.cli import presenter
@@ -11,9 +11,6 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
 from armdrive.connect import parts
 from armdrive.connect.target import find
-from kinematics.textbook.systems import MODEL_NAMES
-from tui.keys.layouts import LAYOUTS
-from tui.settings import memory_file, recall
 
 
 @pytest.fixture
@@ -40,29 +37,6 @@ def desk(monkeypatch, _terminal):
 
     monkeypatch.setattr(parts, "connect_real", connect)
     return shown
-
-
-@pytest.mark.parametrize("in_file", [False, True])
-@pytest.mark.parametrize("words", [(), ("--reconnect",)])
-def test_a_lost_link_is_looked_for_as_the_command_or_the_arm_file_says(call, desk, in_file, words):
-    asked = f"reconnect = {str(in_file).lower()}\n"
-    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "/dev/x"\n{asked}')
-    called = call("jog", "--arm", "bench", *words, code=0)
-    assert desk[0].reconnects == (in_file or bool(words))
-    assert "the link was lost" not in called.out
-
-
-def test_leaving_a_desk_without_its_link_reports_what_happened(call, desk, monkeypatch):
-    def run_desk(arm, *, first, hint, **more):
-        arm.twin.faults.add("unplug")
-        arm.sleep(1.0)
-        return tui.DeskEnd()
-
-    monkeypatch.setattr(tui, "run_desk", run_desk)
-    write_bench()
-    said = call("jog", "--arm", "bench", code=0).out
-    assert "the connection was lost when you left: [E407]" in said
-    assert "plug" in said
 
 
 def test_the_desk_begins_where_it_is_asked_to_and_offers_the_set_up(call, desk, tmp_path):
@@ -142,13 +116,6 @@ def test_no_desk_is_opened_where_the_framework_would_draw_nothing(
     assert desk == []
 
 
-def test_nothing_is_watched_where_the_framework_would_draw_nothing(call, desk, monkeypatch):
-    monkeypatch.setenv("TERM", "dumb")
-    with connect_remembered(find("sim:teachmover").config):
-        said = call("watch", "--screen", "--sim", "teachmover", code=2).err
-    assert "leave out --screen for lines of text" in said
-
-
 def test_the_keys_are_listed_without_opening_anything(call, desk):
     listed = call("jog", "--show-keys", "--keys", "azerty", "--json", code=0).out
     rows = {row["id"]: row for row in json.loads(listed)["keys"]}
@@ -156,15 +123,6 @@ def test_the_keys_are_listed_without_opening_anything(call, desk):
     assert rows["stop"]["keys"][0] == "space"
     assert "space" in call("jog", "--show-keys", code=0).out
     assert desk == []
-
-
-@pytest.mark.parametrize("layout", LAYOUTS)
-def test_a_keyboard_layout_is_remembered(call, desk, layout):
-    call("jog", "--show-keys", "--keys", layout, code=0)
-    listed = call("jog", "--show-keys", "--json", code=0).out
-    rows = {row["id"]: row for row in json.loads(listed)["keys"]}
-    assert rows["axis-1-plus"]["keys"] == [LAYOUTS[layout][0][0]]
-    assert recall(memory_file()).layout == layout
 
 
 @pytest.mark.parametrize(
@@ -195,20 +153,3 @@ def opened(monkeypatch, _terminal):
 
     monkeypatch.setattr(jog, "run_model", run_model)
     return shown
-
-
-def no_arm(*args, **more):
-    raise AssertionError("an arm was asked for")
-
-
-def test_without_a_name_all_models_are_listed(call):
-    called = call("jog", "--model", code=0)
-    assert all(f"{name} " in called.out for name in MODEL_NAMES)
-    listed = call("jog", "--model", "--json", code=0).json["models"]
-    assert [one["name"] for one in listed] == list(MODEL_NAMES)
-
-
-def test_a_model_is_shown_and_no_arm_is_opened(call, opened, monkeypatch):
-    monkeypatch.setattr(jog, "connect_chosen", no_arm)
-    call("jog", "--model", "puma", "--ascii", code=0)
-    assert opened == [("puma", True)]

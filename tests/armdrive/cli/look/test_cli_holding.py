@@ -1,15 +1,12 @@
 """An arm that another program holds: its holder, its status, and a stop from outside."""
 
 import json
-import os
 import re
 import signal
 from argparse import Namespace
-from dataclasses import replace
 from itertools import count
 
 import pytest
-from amounts import every_row
 from cli_calls import write_bench
 from waiting import FOREVER_S, soon, until
 
@@ -19,16 +16,15 @@ from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
 from armdrive.cli.look import status
-from armdrive.cli.look.status import INKS, Watched, next_step, status_lines
+from armdrive.cli.look.status import Watched, next_step, status_lines
 from armdrive.cli.presenter import Inked
 from armdrive.connect.control_socket import serve
 from armdrive.connect.target import simulated_config
 from armdrive.moves import Move
 from armdrive.runtime.engine import Engine
 from armdrive.sim.wire import MemoryLink
-from armdrive.status import State, Trust, rounded_up, status_view
+from armdrive.status import State, status_view
 from armdrive.storage import arm_lock
-from armdrive.storage.lock_client import WATCH_EVERY_S
 
 ARM = "sim:teachmover"
 
@@ -39,21 +35,6 @@ def held(call):
     with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
         arm.reference.confirm()
         yield arm
-
-
-def test_commands_that_need_the_arm_name_its_holder(call, held, monkeypatch):
-    monkeypatch.setattr(arm_lock, "notice_of", lambda name: None)  # seen as by another process
-    for words in (("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")):
-        sentence = call.refused(*words, code=4)
-        assert f"{ARM} is held by the program" in sentence
-        assert f"(process {os.getpid()})" in sentence
-        assert "`armdrive stop`" in sentence
-
-
-def test_the_status_of_an_arm_whose_port_another_arm_holds_names_the_port(call):
-    write_bench("/dev/ttyACM9")
-    with arm_lock.hold("other", "/dev/ttyACM9"):
-        assert "/dev/ttyACM9 is held" in call.refused("status", "--arm", "bench", code=4)
 
 
 @pytest.fixture
@@ -79,11 +60,6 @@ def test_every_command_finds_the_program_that_holds_the_port_of_a_named_arm(
     for words in (("jog",), ("watch", "--screen")):
         call(*words, "--arm", "bench", code=0)
     assert watched == [held_by_port, held_by_port]
-
-
-def test_an_arm_whose_port_was_given_back_is_held_by_no_program(call):
-    write_bench("/dev/ttyACM9")
-    assert "no program holds bench" in call("stop", "--arm", "bench", code=1).out
 
 
 def test_an_arm_that_is_only_being_connected_is_not_watched(call, monkeypatch):
@@ -116,11 +92,6 @@ def test_the_holder_is_asked_on_a_disk_that_has_become_read_only(call, held, mon
     assert "no arm can be locked" in call.refused("status", code=1)
 
 
-def test_looks_at_a_held_arm_take_time(call, held):
-    assert "not above 0" in call.refused("watch", "--every", "0", code=2)
-    assert f"(default {WATCH_EVERY_S:g})" in call("watch", "--help", code=0).out
-
-
 def test_a_stop_from_outside_ends_a_motion(call, held):
     handle = held.move_j(base_deg=85, speed=0.05, wait=False)
     until(lambda: held.status.state is State.MOVING)
@@ -146,21 +117,6 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
     handle.wait(FOREVER_S)
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
-
-
-def test_an_invalid_speed_is_refused(call, held):
-    for words in (("0",), ("20",), ("0.5%",), ("fast",), ()):
-        call("slow", *words, code=2)
-        assert held.speed_override == 1.0
-
-
-@pytest.mark.parametrize(
-    ("word", "done"), [("pause", "paused"), ("resume", "resumed"), ("stop", "stopped")]
-)
-def test_an_arm_without_a_holder_can_be_neither_paused_nor_resumed_nor_stopped(call, word, done):
-    assert f"nothing to {word}" in call(word, code=0).out
-    assert call(word, "--json", code=0).json == {done: 0, "failures": []}
-    assert f"no program holds {ARM}" in call(word, "--sim", "teachmover", code=1).out
 
 
 @pytest.mark.parametrize("word", ["watch", "record"])
@@ -201,16 +157,6 @@ def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
     assert "no program" in call.refused("watch", code=1)
 
 
-def test_watch_prints_a_line_for_each_change(call, held, monkeypatch):
-    closing(held, monkeypatch, ["standby"])
-    first, heading, *rows = call("watch", "--every", "0.05", code=0).out.splitlines()
-    assert first == f"watching {ARM}; Ctrl-C ends this command and does not stop the arm"
-    assert heading.split()[:3] == ["time", "state", "position"]
-    assert rows[0].split()[1:6] == ["standby", "referenced", "127.0", "0.0", "0.0"]
-    assert [row.split()[1] for row in rows] == ["standby", "disconnected"]
-    assert {len(row) for row in rows} == {len(heading)}
-
-
 def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
     def interrupted(result, options):
         raise KeyboardInterrupt
@@ -245,12 +191,6 @@ def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypa
     seen = call("status", "--json", code=0).json
     assert seen["trust"] == "restored"
     assert 127 < seen["pose"]["x_mm"] < 299  # on the way
-
-
-def test_a_controller_that_does_not_answer_ends_with_its_own_code(call, monkeypatch):
-    monkeypatch.setattr(MemoryLink, "write", lambda link, data, now_s: None)
-    sentence = call.refused("status", code=6)
-    assert "no answer" in sentence
 
 
 def test_a_cable_that_is_pulled_ends_with_its_own_code(call, monkeypatch):
@@ -313,74 +253,6 @@ def test_a_bound_is_never_shown_smaller_than_it_is(view):
     assert shown == "takes at most 0.66 s and 116 mm; without this program, 0.71 s and 121 mm"
 
 
-@every_row(
-    "bound, digits, shown",
-    [(0.28, 2, 0.28), (0.281, 2, 0.29), (115.01, 0, 116), (115.0, 0, 115), (0.0, 1, 0.0)],
-)
-def test_a_bound_is_rounded_up_and_a_round_one_stays(bound, digits, shown):
-    assert rounded_up(bound, digits) == shown
-
-
-def test_the_json_of_a_bound_is_never_smaller_either(view):
-    with Arm.connect("sim:teachmover") as arm:
-        status = replace(arm.status, stop_time_s=0.65101, stop_distance_mm=115.01)
-    assert status_view(status)["stop_time_s"] == 0.652
-    assert status_view(status)["stop_distance_mm"] == 115.1
-
-
-def test_angles_and_names_stand_below_each_other(view):
-    rows = [plain(line) for line in status_lines(view, Namespace(), next_step(view))]
-    angles = [row for row in rows if row.endswith("°") and "mm" not in row]
-    assert len(angles) == 5
-    assert len({len(row) for row in angles}) == 1
-
-
-@pytest.mark.parametrize(
-    ("changes", "label", "shown"),
-    [
-        ({"paused": True, "speed_override": 0.2}, "state", "standby, PAUSED, slowed to 20%"),
-        ({"current": "off"}, "motors", "off"),
-        ({"inputs": 5}, "inputs", "on: 1, 3"),
-        ({"gripping": True}, "gripper", "0.0 mm open, gripping"),
-        ({"underruns": 2}, "underruns", "2: the arm stood still in mid-motion"),
-        ({"error": "no answer", "error_code": "E502"}, "error", "[E502] no answer"),
-        ({"program": PROGRAM}, "program", "stack.arm, line 3: move pick (40%, 12 s left)"),
-        ({"current": "unknown"}, "motors", "on or off: not known"),
-        (
-            {"current": "unknown", "state": "disabled"},
-            "motors",
-            "not switched on by this program; they may hold the arm all the same",
-        ),
-        ({"program": {}}, "tip", "x 127.0 mm, y 0.0 mm, z 0.0 mm, pitch -90.0°, roll 0.0°"),
-    ],
-)
-def test_unusual_states_are_shown(view, changes, label, shown):
-    assert page(view | changes)[label] == shown
-
-
-@pytest.mark.parametrize(
-    ("trust", "code", "shown"),
-    [
-        ("restored", "E702", "restored: the record agrees"),
-        ("suspect", "E703", "suspect: [E703] the record agrees"),
-        ("referenced", "", "referenced: the record agrees"),
-    ],
-)
-def test_a_position_has_a_code_only_if_something_is_wrong_with_it(view, trust, code, shown):
-    changes = {"trust": trust, "trust_code": code, "trust_reason": "the record agrees"}
-    assert page(view | changes)["position"] == shown
-
-
-def test_an_arm_without_a_position_shows_none(view):
-    rows = page(view | {"joints": None, "pose": None, "gripper_mm": None, "inputs": None})
-    assert not rows.keys() & {"tip", "joints", "gripper", "inputs"}
-
-
-def test_a_pause_hides_no_lost_link(view):
-    *_, row = Watched().lines(view | {"state": "disconnected", "paused": True})
-    assert "disconnected" in "".join(map(str, row))
-
-
 @pytest.mark.parametrize(
     ("changes", "step"),
     [
@@ -407,15 +279,6 @@ def test_a_pause_hides_no_lost_link(view):
 )
 def test_the_page_ends_with_what_to_do_next(view, changes, step):
     assert step in next_step(view | changes)
-
-
-def test_the_next_command_names_the_arm_that_was_named(view):
-    unknown = view | {"trust": "unknown", "trust_code": "E701"}
-    assert page(unknown, sim="grbl")["next"] == "Run `armdrive home --sim grbl`."
-
-
-def test_every_state_and_every_trust_has_its_colour():
-    assert set(INKS) == {each.value for kind in (State, Trust) for each in kind}
 
 
 def test_watching_repeats_nothing_and_shows_news_before_the_place(view):

@@ -1,6 +1,5 @@
 """`armdrive record` and `armdrive replay`: from a fault on a pseudo-terminal to what it was."""
 
-import json
 import sys
 from pathlib import Path
 
@@ -58,31 +57,6 @@ def test_a_replay_that_differs_says_where_and_exits_with_1(call, tmp_path):
     assert any(each.get("words", "").startswith("step at speed") for each in shown)
 
 
-def test_the_timeline_can_run_at_the_speed_of_the_arm(call, recording, monkeypatch):
-    slept = []
-    monkeypatch.setattr("time.sleep", slept.append)
-    call("replay", recording, "--pace", "10", code=0)
-    entries = [json.loads(line) for line in Path(recording).read_text().splitlines()[1:]]
-    assert sum(slept) == pytest.approx((entries[-1]["t"] - entries[0]["t"]) / 10)
-
-
-def test_a_broken_file_is_one_sentence(call, tmp_path):
-    (tmp_path / "broken.jsonl").write_text("{}\n")
-    recorded_arm().recorder.save(tmp_path / "whole.jsonl")
-    begun = (tmp_path / "whole.jsonl").read_text().splitlines(keepends=True)[:3]
-    (tmp_path / "begun.jsonl").write_text("".join(begun))
-    said = call("replay", str(tmp_path / "begun.jsonl"), code=2).out
-    assert said.endswith("nothing was compared: the recording holds no answer of the arm\n")
-    assert "not a flight recording" in call.refused(
-        "replay", str(tmp_path / "broken.jsonl"), code=2
-    )
-    (tmp_path / "picture.png").write_bytes(b"\x89PNG\r\n\x00\xff")
-    for word in ("log", "replay"):
-        said = call.refused(word, str(tmp_path / "picture.png"), code=2)
-        assert "not a flight recording: line 1 is not JSON" in said
-    assert "cannot be read" in call.refused("replay", str(tmp_path / "none.jsonl"), code=2)
-
-
 def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
     with connect_remembered(simulated_config("teachmover")):
         (file,) = [each["recording"] for each in call("record", "--json", code=0).json_lines]
@@ -91,14 +65,6 @@ def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
         call("record", "--sim", "teachmover", "--output", copy, code=0)
         assert call("replay", copy, "--quiet", code=0)
         assert "path" not in ask_holder("sim:teachmover", "record")
-
-
-def test_a_recording_that_cannot_be_written_says_why(call):
-    assert "nothing to record" in call.refused("record", code=1)
-    with connect_remembered(simulated_config("teachmover")):
-        recordings().parent.mkdir(parents=True, exist_ok=True)
-        recordings().write_text("a file where the folder belongs")
-        assert "cannot be written" in call.refused("record", code=1)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")

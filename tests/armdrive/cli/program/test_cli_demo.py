@@ -10,7 +10,7 @@ from cli_calls import Terminal
 
 from armdrive.cli import main
 from armdrive.cli.program import demo
-from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON, blocks_of
+from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON
 from armdrive.programs.demonstration import JOBS, NEAR_ENOUGH_MM
 
 
@@ -58,41 +58,6 @@ def test_a_block_that_was_not_brought_to_its_place_fails_the_check(call, monkeyp
     assert all(line.endswith(" --sim teachmover") for line in said.splitlines()[-3:])
     assert "WRONG: block C is" in said
     assert "Every block stands" not in said
-
-
-def test_a_block_that_is_taken_away_meanwhile_fails_the_check(call, monkeypatch):
-    def stolen(arm, jobs, tell):
-        carried = perform(arm, jobs, tell)
-        arm.twin.world.take("B")
-        return carried
-
-    perform = demo.perform
-    monkeypatch.setattr("armdrive.cli.program.demo.perform", stolen)
-    assert "WRONG: block B" in call("demo", "--plain", code=1).out
-
-
-def test_a_block_pushed_out_of_reach_of_the_fingers_fails_the_check(call, monkeypatch):
-    def pushed(jobs):
-        first, *others = blocks_of(jobs)
-        return [replace(first, x_mm=first.x_mm + 70.0), *others]
-
-    monkeypatch.setattr("armdrive.cli.program.demo.blocks_of", pushed)
-    called = call("demo", "--json", code=1)
-    assert any("block A" in sentence for sentence in called.json_lines[-1]["wrong"])
-
-
-def test_the_text_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
-    from armdrive.cli.program.demo import draw
-    from armdrive.connect.target import simulated_config
-    from armdrive.registry import simulate
-
-    said = "armdrive.cli.program.demo.perform"
-    monkeypatch.setattr(said, lambda arm, jobs, tell: [tell("turned by 90°")])
-    config = simulated_config("teachmover")
-    draw(config, simulate(config), pace=200.0, ascii_only=True)
-    shown = capsys.readouterr().out
-    assert "turned by 90 deg" in shown
-    assert shown.isascii()
 
 
 class Screen(Terminal):

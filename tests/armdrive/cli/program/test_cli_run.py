@@ -1,6 +1,5 @@
 """`armdrive run` on program files: rehearsed, run, shown, interrupted, resumed."""
 
-import argparse
 import json
 import math
 import shlex
@@ -10,8 +9,6 @@ from cli_calls import write_bench
 from running_bench import Keys
 
 from armdrive.cli.chosen_arm import world_file
-from armdrive.cli.program.arguments import ARGUMENTS
-from armdrive.cli.program.run_output import RunOutput
 from armdrive.errors import BadRequest
 from armdrive.programs.journal import journal_file
 from armdrive.programs.rehearsal import Rehearsal
@@ -145,38 +142,6 @@ def test_a_failed_run_resumes_where_it_was(homed, write):
     assert "nothing to resume" in homed("run", path, "--resume", code=3).err
 
 
-TWO = "move at(250, 0, 120, -90)\nmove at(250, 40, 120, -90)\n"
-ENDLESS = "move at(250, 0, 120, -90)\nwhile 1 > 0\n  ready\nend\n"
-SAID = [
-    (TWO, ["--loops", "3"], 0, "loop 3  line 2", "done: 6 acts"),
-    (TWO, ["--loops", "0", "--check"], 0, "for 4 acts, 2 loops"),
-    (ENDLESS, ["--check"], 0, "; endless: it repeats from line 3 on"),
-    (TWO, ["--speed", "0"], 2, "write 0.5 or 50%"),
-    (TWO, ["--speed", "25"], 2, "not 25: write 0.25 or 25%"),
-    (TWO, ["--plot", "path.gif"], 2, "armdrive: "),
-    (TWO, ["one"], 2, "takes no arguments"),
-    (TWO, ["--input", "3"], 2, "write it like 3=on"),
-    (TWO, ["--input", "9" * 5000 + "=on"], 2, "is not a whole number above 0"),
-    (TWO, ["--check", "--input", "8=on"], 2, "inputs of the Microbot TeachMover are counted from"),
-    (TWO, ["--loops", "-1"], 2, ""),
-    (TWO, ["--loops", "9" * 5000], 2, "is not a whole number from 0 on"),
-    (TWO, ["--assume-width", "0"], 2, "is not above 0"),
-    (TWO, ["--put", "A,one,2"], 2, "'one' is not a number", "NAME,X,Y[,WIDTH[,HEIGHT]]"),
-    ("ready\n", ["--fresh"], 3, "line 1", "home"),
-    ("home\nready\n", ["--fresh"], 0, "done: 2 acts"),
-    (TWO, ["--put", "A,250,60", "--port", "/dev/none", "--dialect", "teachmover"], 2, "by hand"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("row", SAID)
-def test_what_a_call_is_answered_with(call, write, row):
-    text, words, code, *said = row
-    if code != 2 and "--fresh" not in words:
-        call("home", code=0)
-    ended = call("run", write(text), *words, code=code)
-    assert all(each in ended.out + ended.err for each in said)
-
-
 def test_a_run_reports_an_unfinished_rehearsal(homed, write, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_program.BEFORE_RUN_S", -1.0)
     path = write("repeat 5\n  delay 1\nend\n")
@@ -195,17 +160,6 @@ def test_while_a_program_is_checked_the_arm_is_free(homed, write, monkeypatch):
 
     monkeypatch.setattr("armdrive.cli.program.run_program.rehearse", rehearsed)
     homed("run", write("ready\n"), "--check", code=0)
-
-
-def test_a_slower_run_takes_longer(homed, write):
-    path = write("move at(250, 0, 120, -90)\nmove at(250, 60, 120, -90)\n")
-    full = homed("run", path, "--check", "--json", code=0).json["took_s"]
-    slow = homed("run", path, "--check", "--speed", "25%", "--json", code=0).json["took_s"]
-    assert slow > 2 * full
-    lines = homed("run", path, "--speed", "0.25", "--json", code=0).json_lines
-    assert lines[-1]["took_s"] == pytest.approx(slow, rel=0.02)
-    endless = homed("run", write(ENDLESS), "--check", "--json", code=0).json
-    assert (endless["endless"], endless["whole"]) == (3, True)
 
 
 def test_the_path_is_drawn_into_a_file(homed, write, tmp_path):
@@ -271,21 +225,6 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
     assert keys.taken == 3
 
 
-def test_a_run_refused_by_the_holder_gives_the_reason(homed, write, monkeypatch):
-    path = write("ready\n")
-    from armdrive.cli.chosen_arm import connect_remembered
-    from armdrive.connect.target import simulated_config
-
-    with connect_remembered(simulated_config("teachmover")):
-        assert "held by" in homed("run", path, code=4).err
-        assert "cannot be asked" in homed("run", path, "--check", code=0).out
-
-
-def test_the_place_of_a_mistake_is_shown_once(capsys):
-    RunOutput(as_json=False).place(None, {}, ValueError())
-    assert capsys.readouterr().err == ""
-
-
 # -- what a person is told to type after an interruption ------------------------------------------
 
 
@@ -307,18 +246,6 @@ def told(err, start):
 def failing(call, write):
     call("home", "--sim", "grbl", code=0)
     return write(FAILS)
-
-
-def test_a_resumed_run_keeps_its_speed_and_steps(call, failing):
-    with_care = ("--sim", "grbl", "--speed", "62.5%", "--yes", "--input", "1=on")
-    words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
-    parser = argparse.ArgumentParser()
-    ARGUMENTS["run"](parser)
-    options = parser.parse_args(words[2:])
-    assert options.resume
-    assert (options.sim, options.speed) == ("grbl", 0.625)
-    assert (options.step, options.input) == (False, [(1, True)])
-    assert not options.yes  # that is said anew, or not
 
 
 def test_an_arm_is_brought_back_by_a_command_that_names_it(call, failing):
@@ -345,14 +272,6 @@ move_line at(250, 0, 12, -90)
 open_now 40
 ready
 """
-TWICE = """
-from armdrive import Arm
-for found in (["A"], []):
-    with Arm.connect() as arm:
-        assert list(arm.twin.world.scene.blocks) == found
-        for name in found:
-            arm.twin.world.take(name)
-"""
 
 
 def blocks(name="sim:teachmover"):
@@ -369,11 +288,6 @@ def test_the_program_finds_the_blocks_that_were_put_there(call, write):
     assert found["A"]["y_mm"] == pytest.approx(0.0, abs=1.0)
     assert found["A"]["height_mm"] == 30.0
     assert (found["B"]["width_mm"], found["B"]["z_mm"]) == (25.0, 0.0)
-
-
-def test_a_script_that_connects_twice_finds_them_once(call, write):
-    call("run", write(TWICE, "twice.py"), "--put", "A,250,60", code=0)
-    assert blocks() == {}
 
 
 @pytest.mark.parametrize("words", ["A", "A,1", "A,1,2,3,4,5", "A,one,2", "A B,1,2", "A,1,2,-3"])
@@ -400,16 +314,3 @@ def test_every_wait_is_a_line_and_an_event(homed, write):
     assert [(each["line"], each["waiting"]) for each in waits] == list(WAITING)
     waiting = [each["waiting"] for each in lines if each["event"] == "act"]
     assert waiting == [*(text for _, text in WAITING), None]
-
-
-def test_the_wait_of_a_script_is_shown(homed, write):
-    script = """\
-from armdrive import Arm, InputTimeout
-with Arm.connect() as arm:
-    try:
-        arm.io.wait(high=2, within_s=1.0)
-    except InputTimeout:
-        pass
-"""
-    ran = homed("run", write(script, "waits.py"), code=0).out
-    assert "line 4: arm.io.wait(high=2, within_s=1.0)  waiting for inputs" in ran

@@ -5,20 +5,17 @@ import sys
 import threading
 
 import pytest
-from cli_calls import Terminal, write_arm_file, write_bench
+from cli_calls import Terminal
 from waiting import LONG_S
 
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach
-from armdrive.connect.control_socket import serve
 from armdrive.connect.target import find, simulated_config
 from armdrive.dialects.teachmover.pendant import FORMAT_LINE
-from armdrive.errors import ArmError
 from armdrive.motion import device as program_memory
 from armdrive.programs.teaching.recording import ProgramRecorder
 from armdrive.status import status_view
 from armdrive.storage import files as places
-from armdrive.storage.arm_lock import hold
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
 from kinematics import Joints
@@ -32,19 +29,6 @@ def book():
     points = points_of(config.name, config.model.arm)
     points["above"], points["pick"] = Point(UP, 40.0), Point(DOWN, 12.0)
     return points
-
-
-def test_a_point_is_mirrored_offset_and_copied(call, book):
-    call("points", "mirror", "pick", "left", code=0)
-    assert book["left"].joints.deg["base"] == pytest.approx(-20.0, abs=1e-3)
-    call("points", "offset", "pick", "pick2", "--x", "10", "--turn", "5", code=0)
-    arm = find("sim:teachmover").config.model.arm
-    assert arm.fk(book["pick2"].joints).z_mm == pytest.approx(arm.fk(DOWN).z_mm, abs=0.01)
-    made = call("points", "copy", "pick", "again", "--json", code=0).json
-    assert (made["name"], made["gripper_mm"]) == ("again", 12.0)
-    assert "already" in call.refused("points", "copy", "above", "again", code=2)
-    call("points", "copy", "above", "again", "--again", code=0)
-    assert book["again"].opening_mm == 40.0
 
 
 @pytest.mark.parametrize(
@@ -98,16 +82,6 @@ def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch, tour):
     call("run", "tour.arm", "--check", code=0)
 
 
-def test_an_arm_that_is_named_by_its_port_alone_is_recorded(call, arm, monkeypatch, tour):
-    """It has no file: the program that drives it says which dialect it speaks."""
-    arm.home()
-    monkeypatch.setattr(teach, "watch_holder", lambda *_: iter_views([status_view(arm.status)]))
-    with hold("/dev/ttyUSB9") as lock:
-        serve(lock, arm.parts.connection)
-        call("teach", "tour.arm", code=0)
-    assert tour.read_text(encoding="utf-8") == "move tour_1\nclose_now\n"
-
-
 @pytest.fixture
 def views(monkeypatch, call):
     """What is seen of an arm, which the test says; the arm itself is not held by anybody."""
@@ -133,20 +107,6 @@ def test_ctrl_c_ends_a_recording_and_keeps_it(call, views, tour):
     told += [view, KeyboardInterrupt()]
     assert "1 point, in " in call("teach", "tour.arm", code=0).out
     assert tour.read_text(encoding="utf-8") == "move tour_1\nclose_now\n"
-
-
-def test_lines_recorded_before_the_position_was_lost_are_kept(call, views, tour):
-    view, told = views
-    told += [view, view | {"trust": "suspect", "trust_reason": "moved by the pendant"}]
-    assert "moved by the pendant" in call("teach", "tour.arm", code=3).err
-    assert tour.read_text(encoding="utf-8") == "move tour_1\nclose_now\n"
-
-
-def test_a_holder_that_falls_silent_at_once_leaves_nothing(call, views, tour):
-    _, told = views
-    told.append(ArmError("it does not answer"))
-    assert "it does not answer" in call.refused("teach", "tour.arm", "--json", code=1)
-    assert not tour.exists()
 
 
 def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views, tour, book):
@@ -189,32 +149,6 @@ def joints(call):
     return call("status", "--json", code=0).json["joints"]
 
 
-def test_points_are_listed_shown_and_gone_to(taught):
-    listed = taught("points", "list", code=0).out
-    assert str(places.points_file("sim:teachmover")) in listed
-    assert "over the block" in listed
-    view = taught("points", "list", "--json", code=0).json
-    assert list(view["points"]) == ["above", "pick"]
-    shown = taught("points", "show", "above", code=0).out
-    assert "tip x 250." in shown
-    assert taught("points", "show", "pick", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(
-        60, abs=0.5
-    )
-    before = joints(taught)
-    preview = taught("points", "go", "above", "--line", "--preview", code=0).out
-    assert "-> base front, elbow up" in preview
-    assert joints(taught) == before
-    gone = taught("points", "go", "above", "--line", "--speed", "0.5", "--json", code=0).json
-    assert gone["pose"]["z_mm"] == pytest.approx(120, abs=0.5)
-
-
-def test_points_are_renamed_and_deleted(taught):
-    taught("points", "rename", "pick", "grip", code=0)
-    assert list(taught("points", "list", "--json", code=0).json["points"]) == ["above", "grip"]
-    assert taught("points", "delete", "grip", "--json", code=0).json["done"]
-    assert "grip" not in taught("points", "list", code=0).out
-
-
 def test_every_mistake_is_one_sentence(taught):
     assert "did you mean 'pick'" in taught.refused("points", "go", "pikc", code=2)
     assert "already" in taught.refused("points", "save", "pick", code=2)
@@ -222,23 +156,6 @@ def test_every_mistake_is_one_sentence(taught):
     assert "is not a valid name" in taught.refused("points", "save", "a b", code=2)
     places.points_file("sim:teachmover").write_text("[points.a]\nknee = 3\n", encoding="utf-8")
     assert "unknown key 'knee'" in taught.refused("points", "list", "--json", code=2)
-
-
-@pytest.mark.parametrize(
-    "words",
-    ["points save 9a", "points go nowhere"],
-)  # fmt: skip
-def test_a_wrong_name_is_refused_before_the_arm_is_opened(call, words):
-    write_bench()  # whose port is not there
-    call.refused(*words.split(), "--arm", "bench", code=2)
-
-
-def test_no_points_say_how_one_is_made_and_need_no_port(call):
-    write_arm_file(
-        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
-    )
-    assert "points save NAME" in call("points", "list", "--arm", "bench", code=0).out
-    assert not places.points_file("bench").exists()
 
 
 # `armdrive pendant`: a program out of the arm, into a file, and back.
@@ -277,11 +194,6 @@ def test_writing_asks_first(call, rows, monkeypatch, answer, code):
     assert words(call) == (WORDS if code == 0 else [])
 
 
-def test_without_a_person_to_ask_the_answer_is_no(call, rows):
-    assert "--yes" in call.refused("pendant", "write", str(rows), "--json", code=3)
-    assert words(call) == []
-
-
 def test_a_file_that_cannot_be_used_is_named_with_its_line(call, tmp_path):
     path = tmp_path / "bad.pendant"
     assert "cannot be read" in call.refused("pendant", "write", str(path), code=2)
@@ -309,11 +221,6 @@ def test_rows_of_a_homed_arm_become_a_program_and_its_points(call, tmp_path):
     assert program.read_text(encoding="utf-8").startswith("speed 32%\nmove there_1\n")
 
 
-def test_rows_without_an_origin_become_no_program(call, rows, tmp_path):
-    words = ("pendant", "program", str(rows), str(tmp_path / "there.arm"))
-    assert "origin is unknown" in call.refused(*words, code=3)
-
-
 def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch):
     write_row = program_memory._write_row
 
@@ -325,15 +232,3 @@ def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch)
     monkeypatch.setattr(program_memory, "_write_row", interrupted)
     said = call("pendant", "write", str(rows), "--yes", code=130)
     assert "row 1 new in the arm; the next one perhaps" in said.err
-
-
-def test_an_unknown_position_is_reported_before_writing(call, rows, monkeypatch):
-    text = rows.read_text(encoding="utf-8").replace("move", "origin 1 2 3 4 5 6\nmove")
-    rows.write_text(text, encoding="utf-8")
-    assert "This arm was not homed" in call("pendant", "write", str(rows), code=3).out
-    call("home", code=0)
-    assert "count from elsewhere" in call.refused(
-        "pendant", "write", str(rows), "--yes", "--json", code=3
-    )
-    call("pendant", "write", str(rows), "--yes", "--as-is", code=0)
-    assert words(call) == WORDS

@@ -1,8 +1,6 @@
 """`armdrive run` in a process of its own: Ctrl-C, Enter, and what other terminals may ask of it."""
 
-import io
 import json
-import os
 import signal
 import sys
 
@@ -10,7 +8,6 @@ import pytest
 from command_host import HostedCommand
 from waiting import LONG_S
 
-from armdrive.cli.program.run_person import INTERRUPTED, stopped_by_interrupt
 from armdrive.programs.journal import journal_file
 
 if sys.platform == "win32":
@@ -150,95 +147,4 @@ def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin, ca
     assert [each["line"] for each in program.events if each["event"] == "done"] == [1, 3]
 
 
-def test_a_reader_that_has_gone_ends_the_program_and_not_well(begin):
-    program = begin(TOUR, "--pace", FAST)
-    program.until("act", 1)
-    program.process.stdout.close()
-    program.process.stdout = None
-    code, err = program.end()
-    assert code == 5
-    assert "its output was closed" in json.loads(err)["message"]
-    assert journal_file(ARM).exists()
-
-
 # Ctrl-C while a program runs, twice, at the worst moment: while what it says is written.
-
-
-class Pressed(io.FileIO):
-    """An error stream in the middle of whose writing a person presses Ctrl-C."""
-
-    times = 0
-
-    def write(self, text):
-        while self.times:
-            self.times -= 1
-            signal.raise_signal(signal.SIGINT)
-        return super().write(text)
-
-
-class Arm:
-    """What is asked of an arm by a signal."""
-
-    stops = 0
-
-    @property
-    def parts(self):
-        return self
-
-    core = parts
-
-    def request_stop(self):
-        self.stops += 1
-
-    def stop_bound(self):
-        return self
-
-    silent_time_s = 1.25
-
-
-class Left(BaseException):
-    """The program is left at once."""
-
-
-@pytest.fixture
-def terminal():
-    """Give an error stream as Python makes it, what is below it, and what was written to it."""
-    ours, theirs = os.pipe()
-    raw = Pressed(theirs, "w")
-    stream = io.TextIOWrapper(io.BufferedWriter(raw), "utf-8", line_buffering=True)
-    yield stream, raw, lambda: os.read(ours, 4096).decode()
-    raw.times = 0
-    stream.close()
-    os.close(ours)
-
-
-def speak(raw, times):
-    """Say something, with one press meanwhile and the others right after it."""
-    raw.times = 1
-    try:
-        sys.stderr.write("act 1\n")
-    finally:
-        for _ in range(times - 1):
-            signal.raise_signal(signal.SIGINT)
-
-
-@pytest.mark.parametrize("as_json", [False, True])
-@pytest.mark.parametrize(("times", "ends"), [(1, KeyboardInterrupt), (2, Left)])
-def test_an_interrupt_during_output_is_not_lost(monkeypatch, terminal, times, ends, as_json):
-    def leave(code):
-        assert code == INTERRUPTED
-        raise Left
-
-    monkeypatch.setattr(os, "_exit", leave)
-    stream, raw, read = terminal
-    monkeypatch.setattr(sys, "stderr", stream)
-    arm = Arm()
-    with pytest.raises(ends), stopped_by_interrupt(lambda: (arm,), as_json=as_json):
-        speak(raw, times)
-    assert arm.stops == 1
-    sys.stderr.flush()
-    said = read()
-    assert said.startswith("\nstopping the arm; Ctrl-C again leaves at once\n") is not as_json
-    assert ("left: the arm may move for another 1.2 s" in said) == (times == 2)
-    if as_json and times == 2:
-        assert json.loads(said.partition("\n")[0])["event"] == "left"

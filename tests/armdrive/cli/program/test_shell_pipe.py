@@ -2,20 +2,11 @@
 
 import io
 import sys
-from argparse import Namespace
-from contextlib import closing
 
 import pytest
 
-from armdrive import Arm
-from armdrive.cli.program.shell import ShellTerminal
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
-from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SPELLINGS
-from armdrive.programs.problems import ProgramError
 from armdrive.programs.shell import OWN_WORDS
-from armdrive.status import State
 
 FETCH = """\
 home
@@ -75,14 +66,6 @@ def test_executed_lines_are_saved_as_a_program_that_runs(piped, call, tmp_path):
     assert "  fetch(place)\n  pick: x 250.0" in names
 
 
-def test_every_wait_is_shown(homed):
-    text = "wait_input 2 within 1 into came\n"
-    waiting = "waiting until input 2 is on, for 1 s at most"
-    assert homed(text).out.splitlines()[1:] == [waiting]
-    events = homed(text, "--json").json_lines
-    assert [each["waiting"] for each in events if each["event"] == "wait"] == [waiting]
-
-
 def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
     before = call("status", "--json", code=0).json["pose"]
     called = homed("delay 0\nmove at(900, 0, 0, -90)\nready\n", code=3)
@@ -95,10 +78,6 @@ def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
         .endswith("standard input: line 3, column 1: this `repeat` has no `end`")
     )
     assert "standard input: line 1, column 6" in homed("move pikc\n", code=2).err
-
-
-def test_without_a_reference_the_error_says_how_to_take_one(piped):
-    assert "type `home`" in piped("ready\n", code=3).err
 
 
 def test_for_programs_there_are_json_lines(homed):
@@ -135,45 +114,11 @@ def test_help_knows_every_word_and_suggests(piped):
     assert "did you mean 'grasp'" in piped("help grsap\n", code=2).err
 
 
-def test_a_new_session_forgets_and_a_name_may_be_that_of_an_own_word(piped):
-    shown = piped("list = 3\ntype list\nnames\nnew\nnames\nlist\n").out
-    assert "3\n  list = 3\n" in shown
-    assert shown.rstrip().endswith("  speed 100%\nnothing has been carried out yet")
-
-
 def test_switching_off_needs_a_yes_and_nothing_moves_until_it_is_on_again(homed):
     assert "`disable yes`" in homed("disable\n", code=3).err
     called = homed("disable yes\nenable\nstatus\n", "--sim", "robko01")
     assert "state disabled, motor current off" in called.out
     assert "state standby, motor current held" in called.out
-
-
-def test_after_an_emergency_stop_the_message_names_the_next_step(capsys):
-    with closing(Arm(connect_simulated(simulated_config("robko01")))) as arm:
-        arm.enable()
-        arm.home()
-        shell = ShellTerminal(arm, Namespace(json=False), typing=True)
-        shell.take("point rest = here")
-        arm.estop()
-        with pytest.raises(WrongState) as caught:
-            shell.take("move rest")
-        shell.complain(caught.value)
-        assert capsys.readouterr().err.endswith("look at the arm, then type `reset`\n")
-        shell.take("reset")
-        assert "state standby" in capsys.readouterr().out
-        shell.take("move rest")
-        shell.take("disable yes")
-        assert arm.status.state is State.DISABLED
-        with pytest.raises(NotReferenced) as caught:
-            shell.take("move rest")
-        shell.complain(caught.value)
-        why, then = capsys.readouterr().err.splitlines()
-        assert why.endswith("To fix this, look at the arm, then type `home`")
-        assert then == "Type `enable` to switch the motors on."
-        with pytest.raises(ProgramError) as mistyped:
-            shell.take("mvoe rest")
-        shell.complain(mistyped.value)
-        assert "enable" not in capsys.readouterr().err
 
 
 def test_blocks_of_a_simulated_arm_are_put_and_shown(piped):
@@ -189,15 +134,3 @@ def test_blocks_of_a_simulated_arm_are_put_and_shown(piped):
     assert not fetched["held"]  # the fingers took the lower one
     assert fetched["z_mm"] > 60
     assert "NAME X Y" in piped("put A\n", code=2).err
-
-
-def test_blocks_are_put_on_no_real_arms_table(piped, tmp_path):
-    port = str(tmp_path / "nowhere")
-    called = piped("ready\n", "--port", port, "--dialect", "teachmover", "--put", "A,1,2", code=2)
-    assert "real one" in called.err
-
-
-def test_input_that_is_no_text_is_refused(call, monkeypatch):
-    stream = io.TextIOWrapper(io.BytesIO(b"ready\n\xff\xfe\n"), encoding="utf-8")
-    monkeypatch.setattr(sys, "stdin", stream)
-    assert "not UTF-8 text" in call("shell", code=2).err

@@ -2,12 +2,9 @@
 
 import pytest
 from amounts import every_row
-from hypothesis import given
-from hypothesis import strategies as st
 
 from armdrive import Arm
-from armdrive.errors import BadRequest, NotReferenced
-from armdrive.programs.problems import ProgramError
+from armdrive.errors import NotReferenced
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.rehearsal import UnattendedPerson
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
@@ -65,35 +62,6 @@ def test_what_is_taught_is_written_as_lines_of_a_program(what):
 )
 def test_lines_fit_the_program_that_they_follow(program, lines):
     assert taught(("go", "b", LINE), after=program) == lines
-
-
-def test_a_program_with_mistakes_and_unknown_words_are_refused():
-    with pytest.raises(ProgramError):
-        TaughtLines.after("fly home")
-    with pytest.raises(BadRequest, match="open, close, grasp"):
-        TaughtLines().fingers("wide")
-
-
-@given(
-    st.lists(
-        st.one_of(
-            st.tuples(st.just("go"), st.sampled_from(["a", "b-2", "home"])),
-            st.tuples(st.just("fingers"), st.sampled_from(["open", "close", "grasp", 0.0, 12.5])),
-            st.tuples(st.just("delay"), st.floats(0.0, 3600.0)),
-        ),
-        max_size=6,
-    ),
-    st.sampled_from([0.01, 0.3, 1.0]),
-)
-def test_lines_written_at_once_and_one_after_another_are_the_same(calls, speed):
-    text = ""
-    for name, value in calls:
-        more = {} if name == "delay" else {"speed": speed}
-        text += "".join(f"{line}\n" for line in taught((name, value, more), after=text))
-    lines = TaughtLines()
-    for name, value in calls:
-        getattr(lines, name)(value, **({} if name == "delay" else {"speed": speed}))
-    assert lines.text == text
 
 
 # Recording: a line wherever the arm comes to rest, for its fingers, and nothing in between.
@@ -163,14 +131,6 @@ def test_without_a_position_nothing_is_recorded(change):
         view = status_view(arm.status) | change
     with pytest.raises(NotReferenced, match="the arm has no trusted position"):
         seen_in(view, JOINT_NAMES)
-
-
-@pytest.mark.parametrize("change", [{"state": "moving"}, {"state": "homing"}, {"paused": True}])
-def test_an_arm_that_moves_or_is_paused_does_not_rest(change):
-    with Arm.connect("sim:teachmover") as arm:
-        arm.home()
-        assert seen_in(status_view(arm.status), JOINT_NAMES).joints is not None
-        assert seen_in(status_view(arm.status) | change, JOINT_NAMES).joints is None
 
 
 def test_a_recorded_program_repeats_the_motion():

@@ -3,12 +3,10 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pages import blocks, page
 
 from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
-from armdrive.dialects.teachmover.pendant import parse_pendant
 from armdrive.errors import Refused
 from armdrive.programs.program import read_program
 from armdrive.programs.teaching.rows import program_of, rows_of
@@ -53,14 +51,6 @@ def test_rows_are_absolute_and_the_fingers_stay_until_a_line_moves_them(arm):
     assert made.rows[1].positions[:5] == made.rows[2].positions[:5]
 
 
-def test_loops_and_places_in_coordinates_become_rows_too(arm):
-    text = "repeat 2\n  move_with at(250, 0, 100, -90), 20\n  move shifted(pick, 0, 0, 40)\nend"
-    made = rows(arm, text).rows
-    first, second, fingers, *again = (row.positions for row in made)
-    assert fingers == second  # they have the opening of the first row already
-    assert again == [first, second]
-
-
 LINES = ["move above", "move pick", "open_now 30", "open_now"]
 
 
@@ -90,11 +80,6 @@ def test_a_line_that_the_memory_cannot_hold_is_refused_by_its_number(arm, text, 
         rows(arm, text)
 
 
-def test_without_a_reference_there_are_no_rows(arm):
-    with pytest.raises(Refused, match="home it first"):
-        rows_of(arm, read_program("move above"), None)
-
-
 def test_the_arm_itself_runs_what_was_taught(call, tmp_path):
     program, path = tmp_path / "fetch.arm", tmp_path / "fetch.pendant"
     program.write_text("move above\nmove pick\n", encoding="utf-8")
@@ -108,10 +93,3 @@ def test_the_arm_itself_runs_what_was_taught(call, tmp_path):
         assert device.registers == arm.controller.read_program().rows[-1].positions
         tip = CONFIG.model.arm.fk(POINTS["pick"].joints)
         assert device.world.tip == pytest.approx((tip.x_mm, tip.y_mm, tip.z_mm), abs=1.0)
-
-
-def test_the_rows_of_the_page_read():
-    (shown,) = [text for text in blocks(page("teachmover")) if text.startswith("armdrive pendant")]
-    program = parse_pendant(shown)
-    assert [row.number for row in program.rows] == [1, 2, 3]
-    assert program.origin is not None
