@@ -6,16 +6,18 @@ simulated one, or a test.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import Any, Protocol, TypeAlias, Unpack
+from typing import Any, Protocol, Unpack
 
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, Angles, Jog, JointJog, TipJog
 from armdrive.status import Status
 from armdrive.text import numbers as typed
 from kinematics.errors import suggestion
+from kinematics.geometry import ArmGeometry
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.text import counted
@@ -136,10 +138,47 @@ Reader = Callable[[str], Any]
 
 
 @dataclass(frozen=True, slots=True)
+class ArmMotion:
+    """A motion of an arm: its joints and the opening of its fingers before and after."""
+
+    arm: ArmGeometry
+    before: Joints
+    after: Joints
+    opened_from_mm: float
+    opened_to_mm: float
+
+    @property
+    def opened_mm(self) -> float:
+        """How far the fingers have opened."""
+        return self.opened_to_mm - self.opened_from_mm
+
+    def turned_deg(self, joint: str) -> float:
+        """Return how far a joint has turned."""
+        at = self.after.names.index(joint)
+        return math.degrees(self.after[at] - self.before[at])
+
+
+# Returns the answer that a simulated person sees in a motion of the arm.
+ByEye = Callable[[ArmMotion], str]
+
+
+class About(Enum):
+    """The subject of a question: the simulated person does what it asks for, before answering."""
+
+    ANSWER = auto()
+    AGREEMENT = auto()
+    CONNECT = auto()
+    FREE = auto()
+    PRESS = auto()
+    RELEASE = auto()
+
+
+@dataclass(frozen=True, slots=True)
 class Question:
     """One question; `default` is the answer that an empty line gives.
 
-    An interview knows its questions by their keys.
+    An interview knows its questions by their keys. The rest tells a simulated person what to do:
+    `motor` is the index of the motor that is to be plugged in or pressed.
     """
 
     words: str
@@ -148,6 +187,9 @@ class Question:
     default: str | None = None
     choices: tuple[tuple[str, str], ...] = ()
     key: str = ""
+    about: About = About.ANSWER
+    motor: int = 0
+    by_eye: ByEye | None = None
 
     def answered(self, line: str) -> Any:
         """Return the value of a line that was typed. Raises `WrongAnswer`."""
@@ -265,41 +307,13 @@ def plain_number(line: str) -> float:
         raise WrongAnswer(str(error)) from None
 
 
-ByEye: TypeAlias = Callable[[Any], str]
-
-
-class About(Enum):
-    """The subject of a question: the simulated person does what it asks for, before answering."""
-
-    ANSWER = auto()
-    AGREEMENT = auto()
-    CONNECT = auto()
-    FREE = auto()
-    WAY = auto()
-    PRESS = auto()
-    RELEASE = auto()
-
-
-@dataclass(frozen=True, slots=True)
-class AskPerson:
-    """Ask the person; `motor` is the index of the motor that is to be plugged in or pressed.
-
-    `by_eye` returns the answer that a simulated person sees in a motion of the arm.
-    """
-
-    question: Question
-    about: About = About.ANSWER
-    motor: int = 0
-    by_eye: ByEye | None = None
-
-
 class DialogPerson(Protocol):
     """The person in a dialog: reads lines, answers questions, looks at the arm."""
 
     def tell(self, text: str) -> None:
         """Tell the person a line."""
 
-    def answer(self, asked: AskPerson) -> Any:
+    def answer(self, question: Question) -> Any:
         """Ask the person; return the answer as its reader gives it."""
 
     def look(self, *, moved: bool) -> None:
@@ -317,15 +331,9 @@ class Dialog:
         for line in lines:
             self.person.tell(line)
 
-    def ask(
-        self,
-        question: Question,
-        about: About = About.ANSWER,
-        motor: int = 0,
-        by_eye: ByEye | None = None,
-    ) -> Any:
+    def ask(self, question: Question) -> Any:
         """Ask the person; return the value of the answer."""
-        return self.person.answer(AskPerson(question, about, motor, by_eye))
+        return self.person.answer(question)
 
     def agreed(
         self,
@@ -336,7 +344,8 @@ class Dialog:
         default: str | None = None,
     ) -> bool:
         """Ask a question whose answer is yes or no. Give no default if a yes moves or writes."""
-        return bool(self.ask(Question(words, why, yes_or_no, default), about, motor))
+        question = Question(words, why, yes_or_no, default, about=about, motor=motor)
+        return bool(self.ask(question))
 
 
 # A finding: its severity, what was found, and the remedy.

@@ -239,7 +239,7 @@ PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyTyp
         "jog": partial(desk, "enter", "m", "e", "e", "w"),
         "move": partial(desk, "f3", *_typed("220"), "down", *_typed("-120"), "down", *_typed("80")),
         "points": partial(desk, "f4", "a", "enter", "l", "down", "a", "enter", "g", "enter"),
-        "setup": partial(desk, "f5", "down", "down", "down", "enter", "t"),
+        "setup": partial(desk, "f5", "down", "down", "down", "enter", "t", "t"),
         "log": partial(desk, "f7"),
         "program": program,
         "watch": watch,

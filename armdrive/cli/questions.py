@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.cli.presenter import forget_typed, say, typed
-from armdrive.dialog import AskPerson, Question, WrongAnswer, yes_or_no
+from armdrive.dialog import Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest, OperatorNeeded
 
 HELP, BACK = "?", "back"
@@ -78,10 +78,10 @@ class TerminalPerson:
     def look(self, *, moved: bool) -> None:
         """Do nothing: the user looks at the arm anyway."""
 
-    def answer(self, asked: AskPerson) -> Any:
+    def answer(self, question: Question) -> Any:
         """Ask until the answer can be used. Raises as `ask_value` does."""
         forget_typed()  # it may switch motors on or turn them
-        return ask_value(asked.question, resumed_by=self.resumed_by)
+        return ask_value(question, resumed_by=self.resumed_by)
 
 
 def _show(question: Question) -> None:

@@ -3,31 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import date
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armdrive.config.arm import ArmConfig, HasLimits
-from armdrive.dialog import About, Dialog, Question, choice
+from armdrive.dialog import About, ArmMotion, Dialog, Question, choice, number, yes_or_no
 from armdrive.errors import DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.printable import command_line
 from armdrive.errors.table import named
 from armdrive.setup.directions import (
-    AGAIN,
-    NOTHING,
-    OTHER,
+    FINGERS,
     TRIAL_SPEED,
-    DirectionCheck,
+    WAYS,
     SawMotion,
     SeenMotion,
     Signs,
     Trial,
-    ask_share,
-    ask_small,
-    ask_way,
     check_of,
+    sight,
 )
 from armdrive.setup.filing import FileProposal, propose_keys
 from armdrive.status import State, longest
@@ -39,7 +35,19 @@ if TYPE_CHECKING:
 
 # Which way the motors count: each turns a little and back, and the user says what moved.
 #
-# Each motor turns alone, slowly, a few degrees at most. Nothing moves before the user agrees.
+# Each motor turns alone, slowly, a few degrees at most. Nothing moves before the user agrees. A
+# motor is brought back before each question, so that nothing stands away while a person thinks.
+
+# The first motion is this part of the second: with wrong steps in the arm file, a joint turns
+# that many times too far.
+SMALL_PART = 8
+# A motion this many times as far as announced is noticed, however small it is.
+MUCH_FARTHER = 2.5
+# The arm file's steps are right if the motion that was seen differs by at most this share.
+TOLERANCE = 0.2
+MOST_SEEN = 10_000.0  # degrees or mm: more is a slip of the finger
+
+NOTHING, OTHER, AGAIN = "nothing", "other", "again"
 
 
 def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
@@ -56,7 +64,9 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
         return Signs(unclear=tuple(motor.name for motor in check.transmission.motors))
     arm.enable()
     while (trial := check.trial) is not None:
-        _try(dialog, arm, check, trial)
+        seen = _tried(dialog, arm, trial)
+        if seen is not None:
+            check.note(seen)
     return check.signs()
 
 
@@ -70,15 +80,10 @@ def before_trials(shown: str, stop_s: float | None) -> str:
     )
 
 
-# The first motion is this part of the second: with wrong steps in the arm file, a joint turns
-# that many times too far.
-SMALL_PART = 8
+def _tried(dialog: Dialog, arm: Arm, trial: Trial) -> SeenMotion | None:
+    """Turn a motor a very little, then a little, and return what the user saw.
 
-
-def _try(dialog: Dialog, arm: Arm, check: DirectionCheck, trial: Trial) -> None:
-    """Turn a motor a very little, then a little, and take the user's answers.
-
-    It is brought back before each question, so that nothing stands away while a person thinks.
+    None means that the user wants to see it again.
     """
     small_steps = max(trial.steps // SMALL_PART, 1)
     small = trial.amount * small_steps / trial.steps
@@ -87,21 +92,19 @@ def _try(dialog: Dialog, arm: Arm, check: DirectionCheck, trial: Trial) -> None:
         f"{trial.shown(small)} and back, then by {trial.shown(trial.amount)} and back. Now?"
     )
     if not dialog.agreed(turn, "no leaves this motor out.", default="yes"):
-        check.saw(SawMotion.NOT_AT_ALL)
-        return
+        return SeenMotion(trial, SawMotion.NOT_AT_ALL)
     _there_and_back(dialog, arm, trial, small_steps)
-    if not ask_small(dialog, trial, small):
-        share = ask_share(dialog, trial, small)
-        check.note(SeenMotion(trial, SawMotion.ELSE_FAR, share=share))
-        return
+    if not _ask_small(dialog, trial, small):
+        return SeenMotion(trial, SawMotion.ELSE_FAR, share=_ask_share(dialog, trial, small))
     _there_and_back(dialog, arm, trial, trial.steps)
-    word, roll = ask_way(dialog, trial)
+    word = _ask_way(dialog, trial)
     if word == AGAIN:
-        return
-    seen = trial.seen(word, roll)
-    if word not in (NOTHING, OTHER):
-        seen = replace(seen, share=ask_share(dialog, trial, trial.amount))
-    check.note(seen)
+        return None
+    if word in (NOTHING, OTHER):
+        return SeenMotion(trial, SawMotion.NOT_AT_ALL if word == NOTHING else SawMotion.ANOTHER)
+    saw = SawMotion.AS_SHOWN if trial.expects(word) else SawMotion.OTHER_WAY
+    hand = _ask_hand(dialog, trial) if trial.turns_hand else None
+    return SeenMotion(trial, saw, hand, share=_ask_share(dialog, trial, trial.amount))
 
 
 def _there_and_back(dialog: Dialog, arm: Arm, trial: Trial, steps: int) -> None:
@@ -124,6 +127,75 @@ def _turn(arm: Arm, counts: Sequence[int]) -> None:
         arm.reset()
         arm.enable()
         arm.move_motors(*counts, speed=TRIAL_SPEED)
+
+
+def _ask_small(dialog: Dialog, trial: Trial, about: float) -> bool:
+    """Ask whether a small motion was no larger than announced; it may be too small to be seen."""
+    question = Question(
+        f"Was that about {trial.shown(about)}, or too little to see?",
+        "no: it was much more than that. Then its steps in the arm file are wrong, and it makes "
+        "no larger motion.",
+        yes_or_no,
+        "yes",
+        by_eye=lambda motion: "no" if _moved(trial, motion) > MUCH_FARTHER * about else "yes",
+    )
+    return bool(dialog.ask(question))
+
+
+def _ask_way(dialog: Dialog, trial: Trial) -> str:
+    """Ask which way a motor moved the arm."""
+    words = (*(word for way in trial.ways for word in WAYS[way]), NOTHING, OTHER, AGAIN)
+
+    def by_eye(motion: ArmMotion) -> str:
+        seen = sight(motion.arm, motion.before, motion.after, motion.opened_mm)
+        ways = [way for way in seen.visible() if way in trial.ways]
+        return seen.word(ways[0]) if ways else OTHER if seen.visible() else NOTHING
+
+    question = Question(
+        f"Which way did it go? {', '.join(words)}:",
+        f"{OTHER}: something else moved, so this motor is wired in another one's place. {AGAIN}: "
+        "show me again.",
+        choice(words),
+        by_eye=by_eye,
+    )
+    return str(dialog.ask(question))
+
+
+def _ask_hand(dialog: Dialog, trial: Trial) -> bool | None:
+    """Ask which way the hand turned; return whether that was expected, None if it was not seen."""
+    words = (*WAYS["roll"], NOTHING)
+
+    def by_eye(motion: ArmMotion) -> str:
+        seen = sight(motion.arm, motion.before, motion.after, motion.opened_mm)
+        return seen.word("roll") if "roll" in seen.visible() else NOTHING
+
+    question = Question(
+        f"And the hand turned about its own axis? {', '.join(words)}:",
+        "Seen from behind the hand, looking towards the finger tips.",
+        choice(words),
+        by_eye=by_eye,
+    )
+    word = dialog.ask(question)
+    return None if word == NOTHING else trial.expects(word)
+
+
+def _ask_share(dialog: Dialog, trial: Trial, about: float) -> float:
+    """Ask how far a motor moved; return it as a share of what was expected, 1 if it is right."""
+    unit = "mm" if trial.moves == FINGERS else "degrees"
+    question = Question(
+        f"How far did the {shown_name(trial.moves)} move, in {unit}?",
+        "Measure it, or judge it by eye: an error of a fifth is small enough to find a wrong gear.",
+        number(0.001, MOST_SEEN),
+        f"{about:.2g}",
+        by_eye=lambda motion: f"{_moved(trial, motion):.3g}",
+    )
+    share = float(dialog.ask(question)) / about
+    return 1.0 if abs(share - 1.0) <= TOLERANCE else float(f"{share:.3g}")
+
+
+def _moved(trial: Trial, motion: ArmMotion) -> float:
+    """Return how far the joint or the fingers moved, in degrees or mm."""
+    return abs(motion.opened_mm if trial.moves == FINGERS else motion.turned_deg(trial.moves))
 
 
 # Limit switches: the user presses each by hand while the arm stands.
@@ -207,34 +279,28 @@ def check_switches(
     """
     seen = {}
     for switch in switches:
-        if _ask_for_press(dialog, switch):
-            seen[switch.motor] = _reaction(arm, switch, switches)
-            _ask_for_release(dialog, switch)
-            _clear(arm)  # the release of a switch is a change too, and raises an alarm
-        else:
+        press = Question(
+            f"Press the limit switch of {switch.motor} ({switch.axis}) by hand, and hold it. Type "
+            "pressed, or none if it has none:",
+            "The arm stands still throughout. The board should raise an alarm.",
+            choice(("pressed", "none")),
+            about=About.PRESS,
+            motor=switch.index,
+        )
+        if dialog.ask(press) == "none":
             seen[switch.motor] = SawSwitch.NONE
+            continue
+        seen[switch.motor] = _reaction(arm, switch, switches)
+        release = Question(
+            "Let go of it. Type released:",
+            "The next switch follows.",
+            choice(("released",)),
+            about=About.RELEASE,
+            motor=switch.index,
+        )
+        dialog.ask(release)
+        _clear(arm)  # the release of a switch is a change too, and raises an alarm
     return seen
-
-
-PRESSED, NONE, RELEASED = "pressed", "none", "released"
-
-
-def _ask_for_press(dialog: Dialog, switch: WiredSwitch) -> bool:
-    """Ask for a switch to be pressed; return False if the motor has none."""
-    question = Question(
-        f"Press the limit switch of {switch.motor} ({switch.axis}) by hand, and hold it. Type "
-        f"{PRESSED}, or {NONE} if it has none:",
-        "The arm stands still throughout. The board should raise an alarm.",
-        choice((PRESSED, NONE)),
-    )
-    answer = dialog.ask(question, About.PRESS, switch.index)
-    return bool(answer == PRESSED)
-
-
-def _ask_for_release(dialog: Dialog, switch: WiredSwitch) -> None:
-    words = f"Let go of it. Type {RELEASED}:"
-    question = Question(words, "The next switch follows.", choice((RELEASED,)))
-    dialog.ask(question, About.RELEASE, switch.index)
 
 
 def _reaction(arm: Arm, switch: WiredSwitch, switches: Sequence[WiredSwitch]) -> SawSwitch:

@@ -171,14 +171,12 @@ class Draft:
 
     @property
     def encoder_counts(self) -> int | None:
-        """The usual counts for a turn; None if a motor step is no count of an encoder."""
+        """The usual counts for a turn; None if a motor step is no count of an encoder.
+
+        A count is one whatever the microsteps.
+        """
         known = self.device_fields
         return next((counts for key, counts in ENCODERS.items() if key in known), None)
-
-    @property
-    def by_encoder(self) -> bool:
-        """Whether a motor step is a count of the drive's encoder, whatever the microsteps."""
-        return self.encoder_counts is not None
 
     # -- joints ------------------------------------------------------------------------------
 
@@ -234,9 +232,14 @@ class Draft:
         return CABLE_MOTORS if known is None else tuple(motor.name for motor in known.motors[:-1])
 
     @property
+    def all_motors(self) -> tuple[str, ...]:
+        """The motors with the gripper's, if it has one."""
+        return (*self.motors, GRIPPER_MOTOR) if self.stepped else self.motors
+
+    @property
     def gripper(self) -> str:
         """The kind of the gripper."""
-        return str(self.get("gripper.kind", self.grippers[0] if self.grippers else "none"))
+        return str(self.get("gripper.kind", self.grippers[0] if self.grippers else NOTHING))
 
     @property
     def grippers(self) -> tuple[str, ...]:

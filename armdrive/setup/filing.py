@@ -6,7 +6,7 @@ import difflib
 import tempfile
 import tomllib
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from armdrive.setup.commissioning import CommissioningPlan
 from armdrive.setup.directions import Signs, changes, written_steps
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft, Ratio
 from armdrive.setup.questions import ROWS
-from armdrive.setup.templates import COUPLED, GRIPPER_KEYS
+from armdrive.setup.templates import GRIPPER_KEYS
 from armdrive.storage.files import kept_aside, replace_file
 from armdrive.text.reading import read_text
 from armdrive.text.toml import FORMAT_ENTRY, TomlEntry, TomlSection, document, rule_of
@@ -96,9 +96,8 @@ def _model_text(draft: Draft) -> str | None:
 
 # The order of the sections; the controller's own follows its connection.
 ORDER = (
-    "", "connection", "lengths", "steps_per_turn", "motor_signs", "joint_signs", "limits_deg",
-    "speeds_deg_s", "gripper", "fingers", "homing", "homing.joints_deg", "reference", "park",
-    "guards",
+    "", "connection", "lengths", "steps_per_turn", "limits_deg", "speeds_deg_s", "gripper",
+    "fingers", "homing", "homing.joints_deg", "reference", "park",
 )  # fmt: skip
 
 
@@ -124,14 +123,16 @@ def _sections(draft: Draft, model_path: str) -> Iterator[TomlSection]:
     ]
     if linked:
         # a model file has limits of its own, but no speeds
-        found["speeds_deg_s"] = found["speeds_deg_s"] or [
-            TomlEntry(joint, draft.speed_deg_s(joint)) for joint in draft.joints
+        asked = {entry.key for entry in found["speeds_deg_s"]}
+        found["speeds_deg_s"] += [
+            TomlEntry(joint, draft.speed_deg_s(joint))
+            for joint in draft.joints
+            if joint not in asked
         ]
-    else:
-        found[""] += _gripper_steps(draft)
-        found["steps_per_turn"] += _steps(draft)
-        for name, key in (("motor_signs", "reversed.motors"), ("joint_signs", "reversed.joints")):
-            found[name] += [TomlEntry(each, -1) for each in draft.get(key, ())]
+    elif not _presets_own(draft):
+        found["steps_per_turn"] += [_turning(draft, motor) for motor in draft.motors]
+        if draft.stepped:
+            found[""].append(_pulling(draft))
     for name in ORDER:
         yield TomlSection(name, tuple(found[name]), MEANINGS.get(name, ""))
         if name == "connection":
@@ -148,55 +149,24 @@ def _presets_own(draft: Draft) -> bool:
     return not draft.measured or (draft.published_motors and not draft.template.half_steps)
 
 
-def _steps(draft: Draft) -> list[TomlEntry]:
-    """Return the entries of [steps_per_turn]; none if they are the preset's own."""
-    return [] if _presets_own(draft) else [_turning(draft, motor) for motor in draft.motors]
-
-
-def _gripper_steps(draft: Draft) -> list[TomlEntry]:
-    """Return the gripper's `steps_per_mm`; nothing if it is the preset's own."""
-    if _presets_own(draft) or not draft.stepped:
-        return []
-    if draft.published_motors:
-        published = draft.published_steps(GRIPPER_MOTOR)
-        return [TomlEntry("steps_per_mm", written_steps(published), _microstepped(draft))]
-    return [_pulling(draft)]
-
-
 def _array_of_motors(draft: Draft) -> Iterator[TomlSection]:
     """Yield the [[motors]] of an arm with a link table, each with the joint that it moves."""
-    reversed_motors = draft.get("reversed.motors", ())
-    reversed_joints = draft.get("reversed.joints", ())
     for motor in draft.motors:
-        # reversed twice is not reversed: each motor of a link table moves the joint of its name
-        turned = (motor in reversed_motors) != (motor in reversed_joints)
-        sign = draft.direction(motor) * (-1 if turned else 1)
+        sign = draft.direction(motor)
+        why = "-1: it counts up as the joint goes down" * (sign < 0)
         entries = (
             TomlEntry("name", motor),
             replace(_turning(draft, motor), key="steps_per_turn"),
-            TomlEntry(
-                "sees", {motor: sign}, "-1: it counts up as the joint goes down" * (sign < 0)
-            ),
+            TomlEntry("sees", {motor: sign}, why),
         )
         yield TomlSection("motors", entries, array=True)
     if draft.stepped:
-        yield _gripper_motor(draft, set(reversed_motors))
-
-
-def _gripper_motor(draft: Draft, reversed_motors: set[str]) -> TomlSection:
-    sign = -1 if GRIPPER_MOTOR in reversed_motors else 1
-    entries = [
-        TomlEntry("name", GRIPPER_MOTOR),
-        _pulling(draft),
-        TomlEntry("sees", {"opening": sign}),
-    ]
-    if draft.gripper == COUPLED:
-        over = draft.answers["gripper.over"]
-        ratio = sign * (-1 if over in reversed_motors else 1)
-        entries.append(
-            TomlEntry("follows", {over: ratio}, "steps added for each step of that motor")
+        entries = (
+            TomlEntry("name", GRIPPER_MOTOR),
+            _pulling(draft),
+            TomlEntry("sees", {"opening": 1}),
         )
-    return TomlSection("motors", tuple(entries), array=True)
+        yield TomlSection("motors", entries, array=True)
 
 
 def _turning(draft: Draft, motor: str) -> TomlEntry:
@@ -214,6 +184,9 @@ def _microstepped(draft: Draft) -> str:
 
 
 def _pulling(draft: Draft) -> TomlEntry:
+    if draft.published_motors:
+        published = draft.published_steps(GRIPPER_MOTOR)
+        return TomlEntry("steps_per_mm", written_steps(published), _microstepped(draft))
     turn_mm = draft.answers["fingers.mm_per_turn"]
     words = f"{draft.turn_words} / {turn_mm:g} mm a turn"
     return TomlEntry("steps_per_mm", written_steps(draft.turn_steps / turn_mm), words)
@@ -299,28 +272,35 @@ def after_writing(path: Path, config: ArmConfig) -> Iterator[str]:
         yield f"  {command:<{width}}  {words}"
 
 
-def _usable(proposal: FileProposal) -> FileProposal:
-    """Return a proposal; raises `ArmFileError` if the file could not be used any more."""
+def _proposal(
+    path: Path, changes: Iterable[Change], *, new: str = "", remarks: Iterable[str] = ()
+) -> FileProposal:
+    """Return an arm file with these changes; `new` is its text if there is no such file yet.
+
+    Raises `ArmFileError` if the file could not be used any more.
+    """
+    before = _text_before(path)
+    proposal = FileProposal(path, before, amended(before or new, changes), tuple(remarks))
     # the file may have problems already, which the change neither made nor has to fix
     known, now = (
-        arm_problems(tomllib.loads(text), proposal.path.stem, proposal.path.parent)
+        arm_problems(tomllib.loads(text), path.stem, path.parent)
         for text in (proposal.before, proposal.after)
     )
-    new = [each for each in now if each not in known]
-    if new:
-        raise ArmFileError(f"with these changes the arm file could not be used: {new[0]}")
+    worse = [each for each in now if each not in known]
+    if worse:
+        raise ArmFileError(f"with these changes the arm file could not be used: {worse[0]}")
     return proposal
 
 
 def propose(path: Path, transmission: Transmission | None, signs: Signs) -> FileProposal:
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
-    before = _text(path)
-    table = tomllib.loads(before)
-    text = amended(before, changes(table, transmission, signs))
-    return _usable(FileProposal(path, before, text, tuple(_remarks(signs))))
+    table = tomllib.loads(_text(path))
+    return _proposal(path, changes(table, transmission, signs), remarks=_remarks(signs))
 
 
-# The arm file of drives that were commissioned.
+def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> FileProposal:
+    """Return the arm file with these keys of one of its tables, which get a comment."""
+    return _proposal(path, [Change((table, key), value, why) for key, value in keys.items()])
 
 
 def new_text(config: ArmConfig) -> str:
@@ -335,7 +315,7 @@ def propose_drives(
     path: Path, plan: CommissioningPlan, currents_ma: Mapping[str, int], port: str
 ) -> FileProposal:
     """Return the arm file, or a new one, with its port and its drives' ids and settings."""
-    before, config = _text_before(path), plan.config
+    config = plan.config
     spoken = config.connection.dialect
     known = set(currents_ma.values())
     # the section has one current for all drives, so it is written only if all have the same
@@ -343,19 +323,12 @@ def propose_drives(
     ids = [each.node for each in plan.drives]
     device = plan.tools.section(config.device, ids, known.pop() if alike else 0)
     connection = {"dialect": spoken, "port": port} if port else {"dialect": spoken}
-    changes = [
+    changed = [
         Change((section, key), each)
         for section, keys in (("connection", connection), (spoken, device))
         for key, each in keys.items()
     ]
-    return _usable(FileProposal(path, before, amended(before or new_text(config), changes)))
-
-
-def propose_keys(path: Path, table: str, keys: Mapping[str, Any], why: str) -> FileProposal:
-    """Return the arm file with these keys of one of its tables, which get a comment."""
-    before = _text(path)
-    changes = [Change((table, key), value, why) for key, value in keys.items()]
-    return _usable(FileProposal(path, before, amended(before, changes)))
+    return _proposal(path, changed, new=new_text(config))
 
 
 def file_of(config: ArmConfig) -> Path | None:

@@ -77,10 +77,6 @@ class Interview:
         return None
 
 
-# The directions are found on the arm itself, once it is connected.
-LATER: Mapping[str, str] = {"reversed.motors": "none", "reversed.joints": "none"}
-
-
 # The template of any arm and any dialect.
 ANY = "own"
 
@@ -90,7 +86,7 @@ class Describing:
 
     def __init__(self, found: Mapping[str, str]) -> None:
         self._dialect = found.get("dialect", "")
-        self._interview = Interview(surroundings({**found, **LATER}), strict=False)
+        self._interview = Interview(surroundings({**found}), strict=False)
         self.typed = ""
         self.marked = 0
         self._mark_default()

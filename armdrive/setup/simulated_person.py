@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from armdrive.dialog import About, AskPerson
-from armdrive.setup.directions import ArmMotion
+from armdrive.dialog import About, ArmMotion, Question
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import HasSwitches
 from armdrive.sim.mechanics.motors import SwitchState
@@ -24,7 +23,7 @@ class SimulatedPerson:
         self,
         twin: SimulatedArm,
         tell: Callable[[str], None],
-        ask: Callable[[AskPerson], Any] | None = None,
+        ask: Callable[[Question], Any] | None = None,
     ) -> None:
         self.tell = tell
         self._ask = ask
@@ -40,30 +39,27 @@ class SimulatedPerson:
         """Look at the arm before it moves, and again when it has moved."""
         self._motion = self._motion_since(self._motion if moved else None)
 
-    def answer(self, asked: AskPerson) -> Any:
+    def answer(self, question: Question) -> Any:
         """Do what a question asks for, then answer it or have the user answer it."""
-        done = self._done(asked)
-        seen = asked.by_eye(self._motion) if asked.by_eye is not None else ""
-        word = done or seen
+        seen = "" if question.by_eye is None else question.by_eye(self._motion)
+        word = self._done(question) or seen
         if self._ask is None:
-            word = word or asked.question.default or "yes"
-            self.tell(f"{asked.question.words} {word}")
-            return asked.question.read(word)
+            word = word or question.default or "yes"
+            self.tell(f"{question.words} {word}")
+            return question.read(word)
         if seen:
             self.tell(f"  (seen on the simulated arm: {seen})")
-        if word:
-            asked = replace(asked, question=replace(asked.question, default=word))
-        return self._ask(asked)
+        return self._ask(replace(question, default=word or question.default))
 
-    def _done(self, asked: AskPerson) -> str:
+    def _done(self, question: Question) -> str:
         """Do what the question asks for; return the answer if there is only one."""
-        match asked.about:
+        match question.about:
             case About.CONNECT:
-                self._plug_alone(asked.motor)
+                self._plug_alone(question.motor)
             case About.PRESS:
-                return "pressed" if self._press(asked.motor, SwitchState.CLOSED) else "none"
+                return "pressed" if self._press(question.motor, SwitchState.CLOSED) else "none"
             case About.RELEASE:
-                self._press(asked.motor, SwitchState.FREE)
+                self._press(question.motor, SwitchState.FREE)
                 return "released"
         return ""
 

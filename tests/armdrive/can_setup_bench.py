@@ -13,7 +13,7 @@ from armdrive.config.sections import Connection
 from armdrive.dialects.bus.tools import IDS, DriveDialog, Listened, Survey, frame_scripts, listen
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import ask_round
-from armdrive.dialog import About, AskPerson
+from armdrive.dialog import About, Question
 from armdrive.registry import simulate
 from armdrive.setup.commissioning import (
     CommissioningOutcome,
@@ -62,7 +62,7 @@ class Person(SimulatedPerson):
         super().__init__(twin, self._told)
         self.unplug_all(len(plan.drives))
         self.heard: list[str] = []
-        self.asked: list[AskPerson] = []
+        self.asked: list[Question] = []
         self.says: dict[str | About, str | Callable[[], str]] = {}
 
     def _told(self, text: str) -> None:
@@ -73,16 +73,16 @@ class Person(SimulatedPerson):
         """All that the person was told."""
         return "\n".join(self.heard)
 
-    def answer(self, asked: AskPerson) -> Any:
+    def answer(self, asked: Question) -> Any:
         """Answer as the test says, else as a person who looks and agrees."""
         self.asked.append(asked)
-        assert len(self.asked) < MOST_QUESTIONS, f"asked for ever: {asked.question.words}"
+        assert len(self.asked) < MOST_QUESTIONS, f"asked for ever: {asked.words}"
         for key, word in self.says.items():
-            fits = asked.about is key if isinstance(key, About) else key in asked.question.words
+            fits = asked.about is key if isinstance(key, About) else key in asked.words
             if fits:
                 if asked.about is About.CONNECT:
                     super().answer(asked)
-                return asked.question.read(word if isinstance(word, str) else word())
+                return asked.read(word if isinstance(word, str) else word())
         return super().answer(asked)
 
 

@@ -33,7 +33,7 @@ class MotorsStage(SetupStage):
         """Rows that do nothing: the answers before a motor has turned, going on after that."""
         if self.check.trial is None or self.others:
             return ("setup-turn", *ANSWERS, SKIP)
-        waits = self.check.shown and not self.check.answered and not self._turning.busy
+        waits = self.check.shown and not self.check.away and not self._turning.busy
         return ("setup-enter", SKIP) if waits else ("setup-enter", *ANSWERS, SKIP)
 
     def text(self) -> StageText:
@@ -60,8 +60,8 @@ class MotorsStage(SetupStage):
 
     def _questions(self) -> list[str]:
         check, keys = self.check, self.desk.keys
-        if check.answered:
-            return ["answered: bring it back, then the next motor follows"]
+        if check.away:
+            return ["Bring it back, then say what you saw."]
         if not check.shown:
             return [before_trials("as drawn", self.desk.link.status.stop_time_s)]
         if check.asks_hand:
@@ -108,8 +108,9 @@ class MotorsStage(SetupStage):
 
     def another(self) -> None:
         """Ask which motor's part moved instead."""
-        if self._turning.busy or not self.check.shown or self.check.asks_hand:
-            raise BadRequest("turn it first, then say what was seen")
+        ready = self.check.shown and not self.check.away and not self.check.asks_hand
+        if self._turning.busy or not ready:
+            raise BadRequest("turn it first and bring it back, then say what was seen")
         self.others, self.marked = self.check.others(), 0
 
     def enter(self) -> None:

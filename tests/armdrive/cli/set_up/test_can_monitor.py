@@ -243,7 +243,7 @@ def drives(monkeypatch):
         if asked.about is About.CONNECT and seen.on_plugged is not None:
             return seen.on_plugged(asked)
         if asked.about is About.CONNECT and asked.motor not in seen.there:
-            return asked.question.read("no")  # as if the other drives were not there yet
+            return asked.read("no")  # as if the other drives were not there yet
         return answer(asked)
 
     person.answer = told
@@ -343,7 +343,7 @@ def test_units_are_written_once_that_is_agreed_to(call, untold, monkeypatch):
 
 
 def test_without_a_yes_no_motor_is_switched_on(call, untold, monkeypatch):
-    untold.person.answer = lambda asked: asked.question.read("no")
+    untold.person.answer = lambda asked: asked.read("no")
     type_in(monkeypatch)
     call("can", "setup", "bench", code=1)
     assert not any(node.motor.holding for node in untold.twin.board.nodes)
@@ -414,7 +414,7 @@ def test_another_program_can_stop_a_setup(call, drives, monkeypatch):
     def stop(asked):
         said.append(ask_holder("bench", "status")["error"])
         ask_holder("bench", "stop")
-        return asked.question.read("yes")
+        return asked.read("yes")
 
     drives.on_plugged = stop
     called = call("can", "setup", "bench", "--port", PORT, code=130)

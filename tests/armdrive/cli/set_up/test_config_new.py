@@ -7,8 +7,9 @@ import tomllib
 from dataclasses import replace
 
 import pytest
+from amounts import every_row
 from chain_files import NAMES, shown_files, six_arm, six_links
-from cli_calls import Caller, typed, write_arm_file, write_bench
+from cli_calls import typed, write_arm_file, write_bench
 from pages import blocks, page
 
 from armdrive import Arm
@@ -35,8 +36,8 @@ def written():
     return [path for path in folder.rglob("*") if path.is_file()] if folder.exists() else []
 
 
-# title, dialect, port, baud, lengths, motors, limits, speeds, park, two of directions
-DEFAULTS = [""] * 11
+# title, dialect, port, baud, motors, park
+DEFAULTS = [""] * 6
 
 
 def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, typing, monkeypatch):
@@ -44,7 +45,6 @@ def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, ty
     home.parent.mkdir(parents=True, exist_ok=True)
     home.touch()
     monkeypatch.setenv("ARMDRIVE_HOME", str(home))
-    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "yes")
     said = call("config", "new", code=1)
     assert str(places.arm_files()) in said.err
     assert "make its folder writable" in said.err
@@ -52,9 +52,12 @@ def test_a_folder_that_takes_no_file_is_named_before_the_first_question(call, ty
 
 
 def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing, monkeypatch):
-    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "yes")
+    typing(
+        "my arm!", "bench", "robko01", "back", "teachmover", "?", "The one", *DEFAULTS[1:], "yes"
+    )
     said = call("config", "new", code=0)
-    assert "Which port leads to it?" in said.out
+    assert "cannot name a file" in said.out
+    assert "Shown wherever the arm is named." in said.out
     assert re.search(r"A title\?.* The one\n", said.out)  # what came by the pipe is shown
     assert f"written: {arm_path('bench')}" in said.out
     assert "armdrive config check bench" in said.out
@@ -65,37 +68,11 @@ def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing,
     assert moved["pose"]["x_mm"] == pytest.approx(250, abs=0.5)
 
 
-def test_a_question_mark_explains_and_back_goes_back(call, typing):
-    typing("bench", "robko01", "back", "teachmover", "?", *DEFAULTS, "yes")
-    said = call("config", "new", code=0)
-    assert "Shown wherever the arm is named." in said.out
-    assert load_arm(arm_path("bench")).model.key == "teachmover"
-    typing("one", "back", "two", *DEFAULTS[1:], "yes")  # passes over what was given
-    call("config", "new", "other", "--template", "teachmover", code=0)
-    assert load_arm(arm_path("other")).title == "two"
-
-
-def test_a_wrong_answer_is_named_and_asked_again(call, typing):
-    typing("my arm!", "bench", "teachmover", *DEFAULTS[:3], "7", "", *DEFAULTS[4:], "yes")
-    said = call("config", "new", code=0)
-    assert "cannot name a file" in said.out
-    assert "connection.baud must be from 50 to 4000000, not 7" in said.out
-
-
-@pytest.mark.parametrize("name", ["Lab", "a.b", "-x", "../x"])
+@every_row("name", ["Lab", "a.b", "-x", "../x"])
 def test_a_name_that_commands_or_file_systems_could_misread_is_refused(call, name):
     words = ("config", "new", "--template", "teachmover", "--yes", "--", name)
     assert "begin with a letter or a digit" in call.refused(*words, code=2)
     assert not written()
-
-
-def test_an_arm_file_of_that_name_is_mentioned_before_the_questions(call, typing):
-    path = write_arm_file("bench", PLAIN)
-    for lines, words in ((("bench", "teachmover"), ()), (("teachmover",), ("bench",))):
-        typing(*lines)
-        called = call("config", "new", *words, code=2)
-        assert called.out.index(f"{path} exists") < called.out.index("Which template")
-    assert path.read_text() == PLAIN
 
 
 class Interrupted(io.StringIO):
@@ -126,40 +103,18 @@ def test_an_interview_that_does_not_end_with_a_yes_leaves_nothing_behind(
 
 
 def test_an_arm_file_is_not_overwritten_unasked(call, typing):
-    write_arm_file("bench", PLAIN)
+    path = write_arm_file("bench", PLAIN)
     assert "--force" in call.refused("config", "new", "bench", "--yes", "--template", "own", code=2)
-    typing(*DEFAULTS, "")
-    call("config", "new", "bench", "--template", "teachmover", code=1)
-    assert arm_path("bench").read_text() == PLAIN
+    typing("bench", "teachmover", *DEFAULTS, "")
+    called = call("config", "new", code=1)
+    assert called.out.index(f"{path} exists") < called.out.index("Which template")
+    assert path.read_text() == PLAIN
     call("config", "new", "bench", "--template", "teachmover", "--yes", "--force", code=0)
-    assert arm_path("bench").read_text() != PLAIN
+    assert path.read_text() != PLAIN
 
 
-def test_answers_from_a_file_ask_nothing(call, tmp_path):
-    answers = tmp_path / "answers.toml"
-    answers.write_text(
-        'template = "teachmover"\nfull_steps = 200\nmicrosteps = 8\n'
-        'connection = { port = "/dev/ttyUSB7" }\nlimits = { base = [-80, 85] }\n'
-        'fingers.mm_per_turn = 10\npark = [200, 0, 150, -80, 0]\nreversed = { motors = ["base"] }\n'
-        '[gear]\nbase = "20:1"\nshoulder = "60/16 * 9:1"\nelbow = 12\n'
-        '"right wrist" = "5:1"\n"left wrist" = "5:1"\n'
-        '[lengths]\nhand_mm = 97.5\n'
-    )  # fmt: skip
-    said = call("config", "new", "bench", "--answers", str(answers), "--json", code=0).json
-    assert said["file"] == str(arm_path("bench"))
-    table = tomllib.loads(arm_path("bench").read_text())
-    assert table["steps_per_turn"]["base"] == 32000
-    assert table["steps_per_turn"]["shoulder"] == 54000
-    assert table["steps_per_mm"] == 160
-    assert table["limits_deg"]["base"] == [-80, 85]
-    assert table["lengths"]["hand_mm"] == 97.5
-    assert table["motor_signs"] == {"base": -1}
-    assert table["connection"]["port"] == "/dev/ttyUSB7"
-    assert load_arm(arm_path("bench")).park.x_mm == 200
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
+@every_row(
+    "text, said",
     [
         ('template = "teachmover"\ntitel = 3', "did you mean"),
         ('template = "teachmover"\nconnection.baud = "fast"', "connection.baud"),
@@ -230,29 +185,30 @@ def test_the_directions_of_a_file_are_looked_at_later(call):
 PAGE = page("describing-the-arm")
 
 
-def test_every_action_template_and_length_is_on_the_page():
+def test_every_action_template_length_and_answer_is_on_the_page():
     for action in CONFIG_ACTIONS:
         assert f"armdrive config {action}" in PAGE
-    for template in TEMPLATES:
-        assert f"| `{template}` |" in PAGE
-    for length in TEMPLATES["printed-six"].lengths:
-        assert f"| `{length}` |" in PAGE
-
-
-def test_every_answer_is_on_the_page():
+    for name in (*TEMPLATES, *TEMPLATES["printed-six"].lengths):
+        assert f"| `{name}` |" in PAGE
     for row in ROWS:
         stem = row.key.replace(".{one}", ".")
         assert re.search(rf"(?m)(^|`|\[){re.escape(stem.rstrip('.'))}", PAGE), row.key
 
 
-def test_the_answers_of_the_page_make_an_arm(capsys, tmp_path):
+def test_the_answers_of_the_page_make_an_arm(call, tmp_path):
     shown = next(b for b in re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL) if "lab3" in b)
     answers = tmp_path / "answers.toml"
     answers.write_text(shown, encoding="utf-8")
-    Caller(capsys)("config", "new", "--answers", str(answers), code=0)
-    path = places.arm_files() / "lab3.toml"
+    said = call("config", "new", "--answers", str(answers), "--json", code=0).json
+    path = arm_path("lab3")
+    assert said["file"] == str(path)
     assert load_arm(path).park.x_mm == 200
-    assert tomllib.loads(path.read_text())["motor_signs"] == {"elbow": -1}
+    table = tomllib.loads(path.read_text())
+    assert table["steps_per_turn"]["base"] == 32000
+    assert table["steps_per_turn"]["shoulder"] == 54000
+    assert table["steps_per_mm"] == 160
+    assert table["limits_deg"] == {"base": [-80, 85]}
+    assert table["lengths"] == {"hand_mm": 97.5}
 
 
 # `armdrive config` as a command: list, show, check and set-default.
@@ -272,7 +228,7 @@ def test_arms_are_listed_with_the_default_and_what_is_broken(call):
     assert "* bench" in call("config", "list", code=0).out
 
 
-@pytest.mark.parametrize("name", ["bnech", "bench.toml", "sim:gcode", "broken"])
+@every_row("name", ["bnech", "bench.toml", "sim:gcode", "broken"])
 def test_an_unknown_arm_cannot_be_the_default(call, name):
     write_arm_file("bench", PLAIN)
     write_arm_file("broken", "model = 3\n")
@@ -380,6 +336,10 @@ def test_the_complete_file_is_the_same_arm_to_the_last_bit(call, text):
 
 
 def test_all_problems_are_reported_at_once(call):
+    write_arm_file("bench", 'model = "teachmover"\n')
+    said = call("config", "check", "bench", code=0).out
+    assert "bench: fine" in said
+    assert "only be simulated" in said
     write_arm_file(
         "bench",
         'model = "teachmover"\nspede = 1\n[connection]\nbuad = 9600\nport = "COM1"\n',
@@ -390,8 +350,8 @@ def test_all_problems_are_reported_at_once(call):
     assert "2 problems" in call("config", "check", code=2).out
 
 
-@pytest.mark.parametrize(
-    ("dialect", "port", "said"),
+@every_row(
+    "dialect, port, said",
     [
         ("mks", "can:slcan:/dev/x?bitrate500000", "write options as ?bitrate=500000"),
         ("teachmover", "can:socketcan:can0", "is not on a bus: correct the port or the dialect"),
@@ -425,8 +385,8 @@ def test_a_missing_arm_file_is_reported_as_in_the_list(call):
     assert "did you mean 'bench'" in call("config", "check", "benhc", code=2).out
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
+@every_row(
+    "text, said",
     [
         (PLAIN + "[park]\nx_mm = 900\ny_mm = 0\nz_mm = 0\npitch_deg = -90\n", "[park]"),
         (PLAIN + "[park]\nx_mm = 100\ny_mm = 0\nz_mm = -40\npitch_deg = -90\n", "below the table"),
@@ -445,10 +405,3 @@ def test_a_problem_names_the_key_and_the_remedy(call, text, said):
     called = call("config", "check", str(path), code=2)
     assert said in called.out
     assert "1 problem" in called.out
-
-
-def test_a_right_file_is_fine_with_remarks(call):
-    write_arm_file("bench", 'model = "teachmover"\n')
-    said = call("config", "check", "bench", code=0).out
-    assert "bench: fine" in said
-    assert "only be simulated" in said
