@@ -25,9 +25,9 @@ from dataclasses import dataclass
 from can_strategies import STRATEGIES, groups, measured
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench, chance
+from overrun import DriverProcess, Ending, measure_once
 
 from tests.conformance.observation import Observation
-from tests.conformance.overrun import DriverProcess, Ending, measure_once
 
 TIMES, QUICK_TIMES = 5, 1
 MOMENTS_S = (0.15, 0.6)

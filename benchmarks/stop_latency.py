@@ -21,6 +21,8 @@ from collections.abc import Callable, Iterator
 
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench, chance
+from overrun import ENDINGS, StopMeasurement
+from overrun import measure as overruns
 from tapping import tap
 
 from armdrive.abilities import Abort
@@ -39,8 +41,6 @@ from firmware_protocol.robko01 import Stop
 from firmware_protocol.robko01.messages import encode_request
 from kinematics import Motors
 from tests.conformance.motions import begin_sweep
-from tests.conformance.overrun import ENDINGS, StopMeasurement
-from tests.conformance.overrun import measure as overruns
 
 TIMES, QUICK_TIMES = 1000, 5
 STANDING_TIMES, QUICK_STANDING = 60, 1

@@ -1,10 +1,10 @@
 """The faults of simulated arms: their requests, what each does, their table, and those at work.
 
 A `FaultRequest` comes from the command line, from the console or from `Faults.add`. `Faults.ask`
-finds its row in `FAULTS` and runs the row's generator (`Fault`) up to its first `yield`: so wrong
-words are refused at once, also of a fault that begins later. The device's agenda resumes the
-generator at its time, and once more to end the fault. Faults of the wire put rules into the
-directions of the line (wire.py); the others change the board, the world or the cable.
+finds its row in `FAULTS` and reads its words as the row says: so wrong words are refused at once,
+also of a fault that begins later. At its time the row's function makes the fault happen, and
+returns how it ends. Faults of the wire put rules into the directions of the line (wire.py); the
+others change the board, the world or the cable.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast
 
@@ -33,7 +34,6 @@ from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.wire import (
     Amount,
     DeviceLine,
-    Effect,
     MemoryLink,
     Next,
     Nth,
@@ -168,26 +168,30 @@ class FaultBench:
         """The line, if the board is a `DrivesBoard`."""
         return cast(BusLine, self.line)
 
-    def motor(self, request: FaultRequest) -> int:
-        """Return the index of the motor that the first word of a request names."""
-        return motor_of(self.device.world, request.words[0])
+
+@dataclass(frozen=True, slots=True)
+class Lasting:
+    """A fault that has begun: how it ends, and whether it still has an effect."""
+
+    end: Callable[[], object]
+    alive: Callable[[], bool] = lambda: True
 
 
-# A fault: it checks its words and yields, begins when it is resumed, and yields again if it lasts.
-#
-# Resuming it once more ends it. The second yield may give a function that tells whether the fault
-# still has an effect; None means until it is ended.
-Fault: TypeAlias = Generator[Callable[[], bool] | None, None, None]
+# Makes a fault happen, by its request and its arguments; returns None if it is over at once.
+BeginFault: TypeAlias = Callable[..., Lasting | None]
 
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration."""
+    """One row; `needs` is the ability required of the board, `lasts_s` the usual duration.
+
+    The words of `arguments` are keys of `ARGUMENTS`; those in brackets may be missing.
+    """
 
     name: str
     arguments: str
     summary: str
-    run: Callable[[FaultBench, FaultRequest], Fault]
+    begin: BeginFault
     needs: type = object
     lasts_s: float | None = None
 
@@ -241,64 +245,16 @@ def require_ability(board: Board, ability: type) -> None:
         raise BadRequest(f"the simulated {board.title} has no {_ABILITIES[ability]}")
 
 
-# --- The controller and the arm: power, resets, steps, switches ----------------------------------
+# --- The arguments of faults ---------------------------------------------------------------------
 
-BROWN_OUT_S = 0.5  # how long the power fails
-RunFault: TypeAlias = Callable[[FaultBench, FaultRequest], Fault]
-
-
-def brown_out(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Cut the power for a while; only the fault that has cut the power brings it back."""
-    yield None
-    was_on = bench.device.powered
-    bench.device.set_power(False)
-    yield None
-    # a device that was off stays off; another brown-out may have switched it on in the meantime
-    if was_on:
-        bench.device.set_power(True)
-
-
-def reset(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Reset the board with its power on."""
-    board: Resettable = bench.board
-    yield None
-    board.reset()
-
-
-def lose_steps(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Make a motor lose steps."""
-    motor, count = bench.motor(request), whole(request.words[1])
-    if count < 1:
-        raise BadRequest(f"1 step or more can be lost, not {count}")
-    yield None
-    world = bench.device.world
-    world.lose(motor, count)
-    yield lambda: world.to_lose.get(motor, 0) > 0
-    world.to_lose.pop(motor, None)
-
-
-def stall(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Make a motor stop following."""
-    motor, stalled = bench.motor(request), bench.device.world.stalled
-    yield None
-    stalled.add(motor)
-    yield lambda: motor in stalled
-    stalled.discard(motor)
-
-
-def switch(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Make a limit switch stick, or free it."""
-    board: HasSwitches = bench.board
-    axis, state = bench.motor(request), request.words[1].lower()
-    states = {each.value: each for each in SwitchState}
-    if state not in states:
-        raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
-
-    yield None
-    board.set_switch(axis, states[state])
-    if states[state] is not SwitchState.FREE:
-        yield None
-        board.set_switch(axis, SwitchState.FREE)
+NOISE_BYTES, NOISE_MOST = 8, 4096  # the usual and the greatest number of bytes
+# The lowest error code of an EMCY message; lower codes mean that no error is left.
+FIRST_ERROR = 0x100
+_CODE = re.compile(r"[0-9A-Fa-f]{4}")
+# How much: each byte with a probability, the n-th byte from now, or all of the next message.
+#
+# On a bus frames take the place of bytes.
+AMOUNT = "P|#N|next"
 
 
 def motor_of(world: World, word: str) -> int:
@@ -311,203 +267,25 @@ def motor_of(world: World, word: str) -> int:
     raise BadRequest(f"motors are 1 to {len(names)} or {', '.join(names)}, not {word!r}")
 
 
-# --- The wire: bytes lost, changed, repeated, late or made up; the cable pulled ------------------
-
-NOISE_BYTES, NOISE_MOST = 8, 4096  # the usual and the greatest number of bytes
-
-
-def on_wire(
-    effect: Callable[[FaultRequest], Effect], first: int = 0, default: str = ""
-) -> RunFault:
-    """Return the fault that applies an effect to the directions concerned.
-
-    The amount is the word after the `first` ones, or the default.
-    """
-    return ruling(lambda request, amount: Rule(effect(request), amount), first, default)
-
-
-def ruling(
-    make: Callable[[FaultRequest, Amount], Rule], first: int = 0, default: str = ""
-) -> RunFault:
-    """Return the fault that applies a rule to the directions concerned, until it is used up."""
-
-    def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        words = request.words[first:] or ((default,) if default else ())
-        yield from _in_force(
-            [
-                (lane, make(request, _amount(words[0] if words else "", request, lane_number)))
-                for lane_number, lane in enumerate(_lanes(bench, request.side))
-            ]
-        )
-
-    return run
-
-
-def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Fault:
-    """Keep rules in force until they are used up, or the fault is ended."""
-    yield None
-    for lane, rule in rules:
-        lane.rules.append(rule)
-    yield lambda: any(rule in lane.rules for lane, rule in rules)
-    for lane, rule in rules:
-        lane.rules = [one for one in lane.rules if one is not rule]
-
-
-def _lanes(bench: FaultBench, side: str) -> list[WireDirection]:
-    lanes = {"host": bench.line.faults.host, "device": bench.line.faults.device}
-    return [lane for name, lane in lanes.items() if side in (name, "both")]
-
-
-def _amount(word: str, request: FaultRequest, salt: int) -> Amount:
-    if word == "next":
-        return Next()
-    if word.startswith("#"):
-        count = whole(word[1:])
-        if count < 1:
-            raise BadRequest("bytes are counted from #1")
-        return Nth(count)
-    share = number(word)
-    if not 0.0 <= share <= 1.0:
-        raise BadRequest(f"a probability is from 0 to 1, not {word}; the n-th byte is #n")
-    return Share(share, draw(request, salt))
-
-
-def draw(request: FaultRequest, salt: int = 0) -> random.Random:
-    """Return the random generator of a fault, the same for the same seed."""
-    return random.Random(f"{request.name} {request.seed} {salt}")  # noqa: S311 - to be repeatable
-
-
-def delaying(request: FaultRequest) -> Effect:
-    """Return the effect of a delay, given as the first word."""
-    seconds = number(request.words[0])
-    if not 0.0 < seconds < float("inf"):
-        raise BadRequest(f"a delay must be above 0 seconds, not {request.words[0]}")
-    return late(seconds)
-
-
-def mute(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Make the device send nothing."""
-    return _silence(bench, "device")
-
-
-def _silence(bench: FaultBench, side: str) -> Fault:
-    """Block everything sent by one side, or by both."""
-    every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
-    return _in_force([(lane, Rule(lost, every)) for lane in _lanes(bench, side)])
-
-
-def garbage(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Make noise come from the device's end of the wire."""
-    count = whole(request.words[0]) if request.words else NOISE_BYTES
+def _count(word: str) -> int:
+    count = whole(word)
     if not 1 <= count <= NOISE_MOST:
-        raise BadRequest(f"noise has 1 to {NOISE_MOST} bytes, not {count}")
-    noise = draw(request).randbytes(count)
-    yield None
-    bench.line.say(noise, bench.device.now_s)
+        raise BadRequest(f"a count is from 1 to {NOISE_MOST}, not {count}")
+    return count
 
 
-def unplug(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Pull the cable."""
-    yield None
-    bench.cable.unplug()
-    yield lambda: not bench.cable.plugged
-    bench.cable.replug()
+def _seconds(word: str) -> float:
+    seconds = number(word)
+    if not 0.0 < seconds < math.inf:
+        raise BadRequest(f"a delay must be above 0 seconds, not {word}")
+    return seconds
 
 
-def replug(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Plug the cable in again, possibly under another name."""
-    words = [word for word in request.words if word != "as"]
-    yield None
-    bench.cable.replug(words[0] if words else None)
-
-
-# --- A CAN bus and its drives: frames overtaken, drives mute or reset -----------------------------
-# These faults need a board that is `DrivesBoard`, whose wire is a bus; some need one that
-# `SaysEmergencies`.
-
-_CODE = re.compile(r"[0-9A-Fa-f]{4}")
-# The lowest error code of an EMCY message; lower codes mean that no error is left.
-FIRST_ERROR = 0x100
-
-
-def bus_off(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Make the host's adapter go bus-off."""
-    line = bench.bus
-    yield None
-    line.leave_bus()
-    yield lambda: line.adapter.bus_off
-    line.leave_bus(off=False)
-
-
-def alone(bench: FaultBench, _: FaultRequest) -> Fault:
-    """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
-    adapter, silence = bench.bus.adapter, _silence(bench, "both")
-    yield next(silence)
-    adapter.alone = True
-    next(silence)
-    yield None
-    adapter.alone = False
-    next(silence, None)
-
-
-def _on_drive(switch: Callable[[DrivesBoard[Any], int, bool], object]) -> RunFault:
-    """Return the fault that affects a drive, and undoes the effect at the end."""
-
-    def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        at = bench.motor(request)
-        yield None
-        switch(bench.board, at, True)
-        yield None
-        switch(bench.board, at, False)
-
-    return run
-
-
-def _mute_drive(board: DrivesBoard[Any], at: int, on: bool) -> None:
-    board.node(at).port.mute = on
-
-
-def _withhold_done(board: DrivesBoard[Any], at: int, on: bool) -> None:
-    board.node(at).port.withheld = on
-
-
-def _changing(change: Callable[[DrivesBoard[Any], int, int], int]) -> RunFault:
-    """Return the fault that changes a number of a drive, and restores it at the end."""
-
-    def run(bench: FaultBench, request: FaultRequest) -> Fault:
-        at, value = bench.motor(request), whole(request.words[1])
-        yield None
-        before = change(bench.board, at, value)
-        yield None
-        change(bench.board, at, before)
-
-    return run
-
-
-def reset_drive(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Restart a drive's firmware."""
-    board: DrivesBoard[Any] = bench.board
-    at = bench.motor(request)
-    yield None
-    board.reset_drive(at)
-
-
-def ailing_drive(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Give a drive a fault of its own for a while; afterwards it must be reset."""
-    drives: SaysEmergencies = bench.board
-    at, code = bench.motor(request), _code(request.words[1])
-    yield None
-    drives.put_in_fault(at, code)
-    yield None
-    drives.fix(at, code)
-
-
-def warning_drive(bench: FaultBench, request: FaultRequest) -> Fault:
-    """Make a drive send an EMCY message and carry on."""
-    drives: SaysEmergencies = bench.board
-    at, code = bench.motor(request), _code(request.words[1])
-    yield None
-    drives.warn(at, code)
+def _switch_state(word: str) -> SwitchState:
+    states = {each.value: each for each in SwitchState}
+    if word.lower() not in states:
+        raise BadRequest(f"a switch is {', '.join(states)}, not {word!r}")
+    return states[word.lower()]
 
 
 def _code(word: str) -> int:
@@ -516,112 +294,253 @@ def _code(word: str) -> int:
     return int(word, 16)
 
 
+def _amount(word: str) -> Callable[[random.Random], Amount]:
+    """Return a function that makes the amount for a direction of the wire."""
+    if word == "next":
+        return lambda _: Next()
+    if word.startswith("#"):
+        count = whole(word[1:])
+        if count < 1:
+            raise BadRequest("bytes are counted from #1")
+        return lambda _: Nth(count)
+    share = number(word)
+    if not 0.0 <= share <= 1.0:
+        raise BadRequest(f"a probability is from 0 to 1, not {word}; the n-th byte is #n")
+    return lambda draw: Share(share, draw)
+
+
+ARGUMENTS: Mapping[str, Callable[[World, str], Any]] = MappingProxyType(
+    {
+        "MOTOR": motor_of,
+        "N": lambda _, word: _count(word),
+        "COUNT": lambda _, word: _count(word),
+        "MODE": lambda _, word: whole(word),
+        "ID": lambda _, word: whole(word),
+        "CODE": lambda _, word: _code(word),
+        "SECONDS": lambda _, word: _seconds(word),
+        AMOUNT: lambda _, word: _amount(word),
+        "open|closed|free": lambda _, word: _switch_state(word),
+        "as": lambda _, word: word,
+        "NAME": lambda _, word: word,
+    }
+)
+
+
+# --- The controller and the arm: power, resets, steps, switches ----------------------------------
+
+BROWN_OUT_S = 0.5  # how long the power fails
+
+
+def brown_out(bench: FaultBench, _: FaultRequest) -> Lasting:
+    """Cut the power for a while; only the fault that has cut the power brings it back."""
+    was_on = bench.device.powered
+    bench.device.set_power(False)
+    # a device that was off stays off; another brown-out may have switched it on in the meantime
+    return Lasting(lambda: bench.device.set_power(True) if was_on else None)
+
+
+def reset(bench: FaultBench, _: FaultRequest) -> None:
+    """Reset the board with its power on."""
+    bench.board.reset()
+
+
+def lose_steps(bench: FaultBench, _: FaultRequest, motor: int, count: int) -> Lasting:
+    """Make a motor lose steps."""
+    world = bench.device.world
+    world.lose(motor, count)
+    return Lasting(lambda: world.to_lose.pop(motor, None), lambda: world.to_lose.get(motor, 0) > 0)
+
+
+def stall(bench: FaultBench, _: FaultRequest, motor: int) -> Lasting:
+    """Make a motor stop following."""
+    stalled = bench.device.world.stalled
+    stalled.add(motor)
+    return Lasting(lambda: stalled.discard(motor), lambda: motor in stalled)
+
+
+def switch(bench: FaultBench, _: FaultRequest, axis: int, state: SwitchState) -> Lasting | None:
+    """Make a limit switch stick, or free it."""
+    bench.board.set_switch(axis, state)
+    if state is SwitchState.FREE:
+        return None
+    return Lasting(lambda: bench.board.set_switch(axis, SwitchState.FREE))
+
+
+# --- The wire: bytes lost, changed, repeated, late or made up; the cable pulled ------------------
+
+MakeRule: TypeAlias = Callable[[FaultRequest, Amount], Rule]
+
+
+def draw(request: FaultRequest, salt: int = 0) -> random.Random:
+    """Return the random generator of a fault, the same for the same seed."""
+    return random.Random(f"{request.name} {request.seed} {salt}")  # noqa: S311 - to be repeatable
+
+
+def _lanes(bench: FaultBench, side: str) -> list[WireDirection]:
+    lanes = {"host": bench.line.faults.host, "device": bench.line.faults.device}
+    return [lane for name, lane in lanes.items() if side in (name, "both")]
+
+
+def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Lasting:
+    """Put rules in force until they are used up, or the fault is ended."""
+    for lane, rule in rules:
+        lane.rules.append(rule)
+
+    def end() -> None:
+        for lane, rule in rules:
+            lane.rules = [one for one in lane.rules if one is not rule]
+
+    return Lasting(end, lambda: any(rule in lane.rules for lane, rule in rules))
+
+
+def ruling(make: MakeRule, bench: FaultBench, request: FaultRequest, amount: Any) -> Lasting:
+    """Apply a rule to the directions concerned."""
+    lanes = enumerate(_lanes(bench, request.side))
+    return _in_force([(lane, make(request, amount(draw(request, at)))) for at, lane in lanes])
+
+
+def delay(bench: FaultBench, request: FaultRequest, seconds: float, amount: Any = None) -> Lasting:
+    """Delay messages: all of them, unless an amount is given."""
+    every = amount or _amount("1")
+    return ruling(lambda _, amount: Rule(late(seconds), amount), bench, request, every)
+
+
+def mute(bench: FaultBench, _: FaultRequest, side: str = "device") -> Lasting:
+    """Block everything sent by one side, or by both."""
+    every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
+    return _in_force([(lane, Rule(lost, every)) for lane in _lanes(bench, side)])
+
+
+def garbage(bench: FaultBench, request: FaultRequest, count: int = NOISE_BYTES) -> None:
+    """Make noise come from the device's end of the wire."""
+    bench.line.say(draw(request).randbytes(count), bench.device.now_s)
+
+
+def unplug(bench: FaultBench, _: FaultRequest) -> Lasting:
+    """Pull the cable."""
+    bench.cable.unplug()
+    return Lasting(bench.cable.replug, lambda: not bench.cable.plugged)
+
+
+def replug(bench: FaultBench, _: FaultRequest, *words: str) -> None:
+    """Plug the cable in again, possibly under another name."""
+    bench.cable.replug(next((word for word in words if word != "as"), None))
+
+
+# --- A CAN bus and its drives: frames overtaken, drives mute or reset -----------------------------
+
+
+def bus_off(bench: FaultBench, _: FaultRequest) -> Lasting:
+    """Make the host's adapter go bus-off."""
+    line = bench.bus
+    line.leave_bus()
+    return Lasting(lambda: line.leave_bus(off=False), lambda: line.adapter.bus_off)
+
+
+def alone(bench: FaultBench, request: FaultRequest) -> Lasting:
+    """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
+    adapter, silence = bench.bus.adapter, mute(bench, request, "both")
+
+    def end() -> None:
+        adapter.alone = False
+        silence.end()
+
+    adapter.alone = True
+    return Lasting(end)
+
+
+# Changes a drive, counted from 0, and returns the value before.
+ChangeDrive: TypeAlias = Callable[[DrivesBoard[Any], int, Any], Any]
+
+
+def changing(
+    change: ChangeDrive, bench: FaultBench, _: FaultRequest, at: int, value: Any = True
+) -> Lasting:
+    """Change a drive, and undo the change at the end."""
+    before = change(bench.board, at, value)
+    return Lasting(lambda: change(bench.board, at, before))
+
+
+def _set_mute(board: DrivesBoard[Any], at: int, on: bool) -> bool:
+    board.node(at).port.mute = on
+    return False
+
+
+def _withhold_done(board: DrivesBoard[Any], at: int, on: bool) -> bool:
+    board.node(at).port.withheld = on
+    return False
+
+
+def _cut_supply(board: DrivesBoard[Any], at: int, on: bool) -> bool:
+    board.switch_drive(at, not on)
+    return False
+
+
+def reset_drive(bench: FaultBench, _: FaultRequest, at: int) -> None:
+    """Restart a drive's firmware."""
+    bench.board.reset_drive(at)
+
+
+def ailing_drive(bench: FaultBench, _: FaultRequest, at: int, code: int) -> Lasting:
+    """Give a drive a fault of its own for a while; afterwards it must be reset."""
+    bench.board.put_in_fault(at, code)
+    return Lasting(lambda: bench.board.fix(at, code))
+
+
+def warning_drive(bench: FaultBench, _: FaultRequest, at: int, code: int) -> None:
+    """Make a drive send an EMCY message and carry on."""
+    bench.board.warn(at, code)
+
+
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
 # A muted drive still receives and obeys. A changed id or mode counts as set with the drive's own
 # keys; the id may be that of another drive.
 
-# How much: each byte with a probability, the n-th byte from now, or all of the next message.
-#
-# On a bus frames take the place of bytes.
-AMOUNT = "P|#N|next"
-# Faults that only drives on a CAN bus can have.
-_ON_BUS = tuple(
-    replace(kind, needs=DrivesBoard)
-    for kind in (
-        FaultKind(
-            "overtake",
-            AMOUNT,
-            "frames arrive after the next one",
-            ruling(lambda _, amount: overtaken(amount)),
-        ),
-        FaultKind("bus-off", "", "the host's adapter goes bus-off", bus_off),
-        FaultKind("alone", "", "no node acknowledges the adapter's frames", alone),
-        FaultKind(
-            "drive-mute",
-            "MOTOR",
-            "a drive sends nothing but obeys",
-            _on_drive(_mute_drive),
-        ),
-        FaultKind(
-            "drive-dead",
-            "MOTOR",
-            "a drive has no supply",
-            _on_drive(lambda board, at, on: board.switch_drive(at, not on)),
-        ),
-        FaultKind("drive-reset", "MOTOR", "a drive restarts", reset_drive),
-        FaultKind(
-            "drive-mode",
-            "MOTOR MODE",
-            "a drive is in another mode",
-            _changing(lambda board, at, mode: board.node(at).set_mode(mode, board.now_s)),
-        ),
-        FaultKind(
-            "drive-id",
-            "MOTOR ID",
-            "a drive has another id",
-            _changing(lambda board, at, number: board.node(at).set_id(number, board.now_s)),
-        ),
-        FaultKind(
-            "no-done",
-            "MOTOR",
-            "a drive does not report the end of a motion",
-            _on_drive(_withhold_done),
-        ),
-    )
-)
-# Faults of drives that have error codes.
-_OF_DRIVES = tuple(
-    replace(kind, needs=SaysEmergencies)
-    for kind in (
-        FaultKind(
-            "drive-fault",
-            "MOTOR CODE",
-            "a drive fails with an error code, such as 4310",
-            ailing_drive,
-        ),
-        FaultKind(
-            "drive-emcy", "MOTOR CODE", "a drive sends an EMCY and carries on", warning_drive
-        ),
-    )
-)
-_ON_ANY = (
-    FaultKind("drop", AMOUNT, "bytes, or frames of a bus, are lost", on_wire(lambda _: lost)),
-    FaultKind(
-        "corrupt",
-        AMOUNT,
-        "bytes have a bit flipped; such a frame is lost",
-        on_wire(lambda request: changed(draw(request, 2))),
-    ),
-    FaultKind(
-        "duplicate", AMOUNT, "bytes, or frames of a bus, arrive twice", on_wire(lambda _: repeated)
-    ),
-    FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", on_wire(delaying, 1, "1")),
+
+def _wire(name: str, summary: str, make: MakeRule, needs: type = object) -> FaultKind:
+    return FaultKind(name, AMOUNT, summary, partial(ruling, make), needs)
+
+
+def _drive(name: str, arguments: str, summary: str, change: ChangeDrive) -> FaultKind:
+    return FaultKind(name, arguments, summary, partial(changing, change), DrivesBoard)
+
+
+_KINDS = (
+    _wire("drop", "bytes, or frames of a bus, are lost", lambda _, amount: Rule(lost, amount)),
+    _wire("corrupt", "bytes have a bit flipped; such a frame is lost",
+          lambda request, amount: Rule(changed(draw(request, 2)), amount)),
+    _wire("duplicate", "bytes, or frames of a bus, arrive twice",
+          lambda _, amount: Rule(repeated, amount)),
+    FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", delay),
     FaultKind("mute", "", "the device sends nothing", mute),
     FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes, or COUNT)", garbage),
     FaultKind("unplug", "", "the cable is pulled", unplug),
     FaultKind("replug", "[as NAME]", "the cable is plugged in again", replug),
-    FaultKind(
-        "brown-out",
-        "",
-        "power fails for half a second: registers are lost, the arm sags",
-        brown_out,
-        lasts_s=BROWN_OUT_S,
-    ),
-    FaultKind("reset", "", "the board resets with its power on", reset, needs=Resettable),
+    FaultKind("brown-out", "", "power fails for half a second: registers are lost, the arm sags",
+              brown_out, lasts_s=BROWN_OUT_S),
+    FaultKind("reset", "", "the board resets with its power on", reset, Resettable),
     FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps),
     FaultKind("stall", "MOTOR", "a motor no longer follows", stall),
-    FaultKind(
-        "switch",
-        "MOTOR open|closed|free",
-        "a limit switch sticks",
-        switch,
-        needs=HasSwitches,
-    ),
-)
+    FaultKind("switch", "MOTOR open|closed|free", "a limit switch sticks", switch, HasSwitches),
+    _wire("overtake", "frames arrive after the next one", lambda _, amount: overtaken(amount),
+          DrivesBoard),
+    FaultKind("bus-off", "", "the host's adapter goes bus-off", bus_off, DrivesBoard),
+    FaultKind("alone", "", "no node acknowledges the adapter's frames", alone, DrivesBoard),
+    _drive("drive-mute", "MOTOR", "a drive sends nothing but obeys", _set_mute),
+    _drive("drive-dead", "MOTOR", "a drive has no supply", _cut_supply),
+    FaultKind("drive-reset", "MOTOR", "a drive restarts", reset_drive, DrivesBoard),
+    _drive("drive-mode", "MOTOR MODE", "a drive is in another mode",
+           lambda board, at, mode: board.node(at).set_mode(mode, board.now_s)),
+    _drive("drive-id", "MOTOR ID", "a drive has another id",
+           lambda board, at, number: board.node(at).set_id(number, board.now_s)),
+    _drive("no-done", "MOTOR", "a drive does not report the end of a motion", _withhold_done),
+    FaultKind("drive-fault", "MOTOR CODE", "a drive fails with an error code, such as 4310",
+              ailing_drive, SaysEmergencies),
+    FaultKind("drive-emcy", "MOTOR CODE", "a drive sends an EMCY and carries on", warning_drive,
+              SaysEmergencies),
+)  # fmt: skip
 # Every fault by its name. Parsing, help and lists are made from this table.
-FAULTS: Mapping[str, FaultKind] = MappingProxyType(
-    {kind.name: kind for kind in (*_ON_ANY, *_ON_BUS, *_OF_DRIVES)}
-)
+FAULTS: Mapping[str, FaultKind] = MappingProxyType({kind.name: kind for kind in _KINDS})
 
 
 # How faults are written, below their table.
@@ -645,12 +564,8 @@ def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:
 @dataclass(frozen=True, slots=True, eq=False)
 class _Active:
     request: FaultRequest
-    fault: Fault
-    alive: Callable[[], bool]
-
-
-def _always() -> bool:
-    return True
+    arguments: tuple[Any, ...]
+    lasting: Lasting
 
 
 def link_cable(link: MemoryLink) -> Cable:
@@ -672,7 +587,7 @@ class Faults:
     @property
     def active(self) -> tuple[str, ...]:
         """The faults in effect, as they were requested."""
-        return tuple(each.request.text for each in self._active if each.alive())
+        return tuple(each.request.text for each in self._active if each.lasting.alive())
 
     def add(
         self,
@@ -692,42 +607,24 @@ class Faults:
 
     def ask(self, request: FaultRequest) -> None:
         """Add a fault parsed from words. Raises `BadRequest` at once if it is invalid."""
-        fault, kind = self.checked(request), FAULTS[request.name]
-        lasts_s = kind.lasts_s if request.for_s is None else request.for_s
-
-        def start() -> None:
-            for each in [*self._active] if kind.of_motor else ():
-                motor = self._bench.motor(request)
-                if each.request.name == request.name and self._bench.motor(each.request) == motor:
-                    self._end(each)
-            try:
-                alive = next(fault)
-            except StopIteration:  # over at once
-                return
-            active = _Active(request, fault, alive or _always)
-            self._active = [*(each for each in self._active if each.alive()), active]
-            if lasts_s is not None:
-                device = self._bench.device
-                device.at(device.now_s + lasts_s, lambda: self._later(lambda: self._end(active)))
-
+        arguments = self.checked(request)
         if request.after_s:
-            device = self._bench.device
-            device.at(device.now_s + request.after_s, lambda: self._later(start))
+            self._later(request.after_s, lambda: self._begin(request, arguments))
         else:
-            start()
+            self._begin(request, arguments)
 
-    def checked(self, request: FaultRequest) -> Fault:
-        """Return a fault that is ready to begin, or raise `BadRequest`. Nothing happens yet."""
-        kind = FAULTS.get(request.name)
+    def checked(self, request: FaultRequest) -> tuple[Any, ...]:
+        """Return the arguments of a fault, or raise `BadRequest`. Nothing happens yet."""
+        kind, device = FAULTS.get(request.name), self._bench.device
         if kind is None:
-            names = [each.name for each in faults_of(type(self._bench.device.board))]
+            names = [each.name for each in faults_of(type(device.board))]
             hint = did_you_mean(request.name, names, f"there are {', '.join(names)}")
             raise BadRequest(f"there is no fault {request.name!r}; {hint}")
-        require_ability(self._bench.device.board, kind.needs)
+        require_ability(device.board, kind.needs)
         check_count(kind.usage, request.words)
-        fault = kind.run(self._bench, request)
-        next(fault)
-        return fault
+        names = [name.strip("[]") for name in kind.arguments.split()]
+        pairs = zip(names, request.words, strict=False)
+        return tuple(ARGUMENTS[name](device.world, word) for name, word in pairs)
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
         """End all faults, or those of a name; return those that were in effect."""
@@ -736,18 +633,36 @@ class Faults:
             self._end(each)
         return tuple(each.request.text for each in ended)
 
-    def _later(self, action: Callable[[], None]) -> None:
-        """Do something at a time; if it fails then, keep the reason."""
-        try:
-            action()
-        except ArmError as error:
-            self.troubles.append(str(error))
+    def _begin(self, request: FaultRequest, arguments: tuple[Any, ...]) -> None:
+        kind = FAULTS[request.name]
+        for each in [*self._active] if kind.of_motor else ():
+            if each.request.name == request.name and each.arguments[0] == arguments[0]:
+                self._end(each)
+        lasting = kind.begin(self._bench, request, *arguments)
+        if lasting is None:
+            return
+        active = _Active(request, arguments, lasting)
+        self._active = [*(each for each in self._active if each.lasting.alive()), active]
+        lasts_s = kind.lasts_s if request.for_s is None else request.for_s
+        if lasts_s is not None:
+            self._later(lasts_s, lambda: self._end(active))
+
+    def _later(self, in_s: float, action: Callable[[], None]) -> None:
+        """Do something in a while; if it fails then, keep the reason."""
+
+        def act() -> None:
+            try:
+                action()
+            except ArmError as error:
+                self.troubles.append(str(error))
+
+        self._bench.device.at(self._bench.device.now_s + in_s, act)
 
     def _end(self, active: _Active) -> None:
         if active in self._active:
             self._active.remove(active)
-            if active.alive():
-                next(active.fault, None)
+            if active.lasting.alive():
+                active.lasting.end()
 
 
 def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:

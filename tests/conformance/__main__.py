@@ -18,7 +18,7 @@ from pathlib import Path
 from armdrive.registry import DIALECTS
 
 from .running import BEHAVIOURS, BENCHES, RowResult, Verdict, is_reachable, run_row
-from .table import page, text
+from .table import broken, markdown, page, summary
 
 COMMAND = "python -m tests.conformance --write docs/background/conformance.md"
 JOBS = 4
@@ -80,7 +80,8 @@ def main(words: Sequence[str] | None = None) -> int:
     found = list(results(tasks(chosen), max(chosen.jobs, 1)))
     run = {each.behaviour for each in found}
     shown = [row for row in BEHAVIOURS if row.name in run]
-    sys.stdout.write(f"{text(shown, found)} in {time.monotonic() - began_s:.0f} s\n")
+    sys.stdout.write("\n".join([*markdown(shown, found), *broken(found)]))
+    sys.stdout.write(f"\n{summary(found)} in {time.monotonic() - began_s:.0f} s\n")
     if chosen.write is not None:
         chosen.write.write_text(page(shown, found, COMMAND), encoding="utf-8")
     return int(any(each.verdict is Verdict.BROKEN for each in found))

@@ -4,9 +4,10 @@ A rule returns why a row is not applicable to an arm, or an empty text. It looks
 the dialect, the arm's model or the class of the simulated device, never at a name.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from armdrive.abilities import Switching
 from armdrive.sim.device import HasSwitches, Resettable
@@ -49,6 +50,10 @@ class Behaviour:
     transports: tuple[str, ...] = EVERYWHERE
     strikes: tuple[str, Moment] | None = None
 
+    def __call__(self, bench: Bench) -> None:
+        """Run this row; it may be a part of another one."""
+        self.run(bench)
+
     def runs_over(self, transport: str) -> bool:
         """Return whether this row runs over a transport."""
         return transport in self.transports
@@ -60,6 +65,23 @@ class Behaviour:
         if bench.simulated or self.watched:
             return next((why for rule in self.needs if (why := rule(bench))), "")
         return "not on a real arm"
+
+
+def row(name: str, family: str, **more: Any) -> Callable[[Callable[[Bench], None]], Behaviour]:
+    """Make a row of the function below."""
+    return lambda run: Behaviour(name, family, run, **more)
+
+
+def rows_of(module: Mapping[str, object]) -> tuple[Behaviour, ...]:
+    """Return the rows of a module, family by family."""
+    here = str(module["__name__"])
+    rows = [
+        each
+        for each in module.values()
+        if isinstance(each, Behaviour) and each.run.__module__ == here
+    ]
+    families = list(dict.fromkeys(each.family for each in rows))
+    return tuple(sorted(rows, key=lambda each: families.index(each.family)))
 
 
 def cartesian(bench: Bench) -> str:

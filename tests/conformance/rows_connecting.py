@@ -5,7 +5,7 @@ from armdrive.arm import Arm
 from armdrive.errors import ArmInUse, LinkLost, NotReferenced, PortUnavailable, Refused, WrongState
 from armdrive.status import State, Trust
 
-from .behaviour import IN_SIMULATION, Behaviour, starts_disabled
+from .behaviour import IN_SIMULATION, row, rows_of, starts_disabled
 from .bench import Bench
 from .motions import check_refused, jog_first_joint, planned_motions
 from .observation import ON_THE_STEP, check
@@ -13,6 +13,7 @@ from .rows_moving import check_moves
 from .rows_stopping import check_within_bound, sweeping
 
 
+@row("connecting, idling and leaving move nothing", "connect", smoke=True)
 def connect_moves_nothing(bench: Bench) -> None:
     with bench.check_unmoved("connecting or idling"):
         arm = bench.connect()
@@ -26,6 +27,7 @@ def connect_moves_nothing(bench: Bench) -> None:
         bench.disconnect()
 
 
+@row("the status names the arm and bounds its stop", "connect", watched=True)
 def status_names_the_arm(bench: Bench) -> None:
     status = bench.connect().status
     check(status.dialect == bench.row.name, "the status names another dialect")
@@ -37,6 +39,7 @@ def status_names_the_arm(bench: Bench) -> None:
     check(status.which in str(status), "the status does not name its arm")
 
 
+@row("planned motion is refused while unreferenced", "connect", watched=True)
 def planned_motion_is_refused_unreferenced(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
@@ -47,6 +50,7 @@ def planned_motion_is_refused_unreferenced(bench: Bench) -> None:
         bench.sleep(0.5)
 
 
+@row("a disabled arm refuses to move", "connect", needs=(starts_disabled,), watched=True)
 def nothing_moves_while_disabled(bench: Bench) -> None:
     arm = bench.connect()
     still = [0] * len(bench.look().motors)
@@ -58,6 +62,7 @@ def nothing_moves_while_disabled(bench: Bench) -> None:
         bench.sleep(0.5)
 
 
+@row("an operator references the arm", "reference")
 def home_by_operator(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
@@ -71,6 +76,7 @@ def home_by_operator(bench: Bench) -> None:
     bench.check_trust(arm)
 
 
+@row("an unconfirmed posture references nothing", "reference", watched=True)
 def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
@@ -82,6 +88,7 @@ def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
     check(arm.status.state is State.STANDBY, f"left in {arm.status.state}")
 
 
+@row("a record is restored, and trusted only when confirmed", "reconnect", watched=True)
 def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
     arm = bench.ready()
     check_moves(bench, arm)
@@ -105,6 +112,13 @@ def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
     bench.check_trust(arm)
 
 
+@row(
+    "a second program learns who holds the arm",
+    "reconnect",
+    watched=True,
+    smoke=True,
+    transports=("pty", "tcp", "port"),
+)
 def a_second_program_learns_who_holds_the_arm(bench: Bench) -> None:
     arm = bench.connect()
     state = arm.status.state
@@ -114,33 +128,12 @@ def a_second_program_learns_who_holds_the_arm(bench: Bench) -> None:
     arm.parts.look()
 
 
+@row("the next program gets the arm", "reconnect", watched=True)
 def the_next_program_gets_the_arm(bench: Bench) -> None:
     bench.connect()
     bench.disconnect()
     arm = bench.connect()
     arm.parts.look()
-
-
-ROWS = (
-    Behaviour("connecting, idling and leaving move nothing", "connect", connect_moves_nothing,
-              smoke=True),
-    Behaviour("the status names the arm and bounds its stop", "connect", status_names_the_arm,
-              watched=True),
-    Behaviour("planned motion is refused while unreferenced", "connect",
-              planned_motion_is_refused_unreferenced, watched=True),
-    Behaviour("a disabled arm refuses to move", "connect", nothing_moves_while_disabled,
-              needs=(starts_disabled,), watched=True),
-    Behaviour("an operator references the arm", "reference", home_by_operator),
-    Behaviour("an unconfirmed posture references nothing", "reference",
-              an_unconfirmed_home_references_nothing, watched=True),
-    Behaviour("a record is restored, and trusted only when confirmed", "reconnect",
-              a_record_is_restored_but_not_trusted, watched=True),
-    Behaviour("a second program learns who holds the arm", "reconnect",
-              a_second_program_learns_who_holds_the_arm, watched=True, smoke=True,
-              transports=("pty", "tcp", "port")),
-    Behaviour("the next program gets the arm", "reconnect", the_next_program_gets_the_arm,
-              watched=True),
-)  # fmt: skip
 
 
 # -- A lost wire: nothing moves when it comes back, and trust is lost ------------------------------
@@ -186,6 +179,7 @@ def check_works_again(bench: Bench, arm: Arm) -> None:
     check_moves(bench, arm)
 
 
+@row("a wire that comes back moves nothing", "reconnect", transports=IN_SIMULATION)
 def a_wire_that_comes_back_moves_nothing(bench: Bench) -> None:
     arm = bench.ready(reconnect=True)
     check_moves(bench, arm)
@@ -198,6 +192,7 @@ def a_wire_that_comes_back_moves_nothing(bench: Bench) -> None:
     check_works_again(bench, arm)
 
 
+@row("a motion does not outlive its wire", "reconnect", transports=IN_SIMULATION)
 def a_motion_does_not_outlive_its_wire(bench: Bench) -> None:
     arm, handle = sweeping(bench, reconnect=True)
     status, seen = arm.status, bench.look()
@@ -211,6 +206,7 @@ def a_motion_does_not_outlive_its_wire(bench: Bench) -> None:
     check_works_again(bench, arm)
 
 
+@row("a manual reconnect tries once", "reconnect", transports=IN_SIMULATION)
 def a_manual_reconnect_tries_once(bench: Bench) -> None:
     arm = bench.ready()
     with bench.check_unmoved("reconnecting"):
@@ -224,11 +220,4 @@ def a_manual_reconnect_tries_once(bench: Bench) -> None:
     check_works_again(bench, arm)
 
 
-LOST_WIRE_ROWS = (
-    Behaviour("a wire that comes back moves nothing", "reconnect",
-              a_wire_that_comes_back_moves_nothing, transports=IN_SIMULATION),
-    Behaviour("a motion does not outlive its wire", "reconnect",
-              a_motion_does_not_outlive_its_wire, transports=IN_SIMULATION),
-    Behaviour("a manual reconnect tries once", "reconnect",
-              a_manual_reconnect_tries_once, transports=IN_SIMULATION),
-)  # fmt: skip
+ROWS = rows_of(globals())

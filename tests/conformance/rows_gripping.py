@@ -4,7 +4,7 @@ from armdrive.arm import Arm
 from armdrive.errors import ArmError, BadRequest, OutOfBounds, Refused
 from armdrive.status import State
 
-from .behaviour import IN_SIMULATION, Behaviour, no_servo, servo, valve
+from .behaviour import IN_SIMULATION, no_servo, row, rows_of, servo, valve
 from .bench import Bench
 from .motions import begin_sweep, check_refused
 from .observation import check
@@ -47,6 +47,7 @@ def _check_fingers_stay(bench: Bench, arm: Arm, wanted_mm: float) -> None:
     _check_fingers(bench, arm, wanted_mm)
 
 
+@row("a servo moves to the requested opening", "gripper", needs=(servo,), transports=IN_SIMULATION)
 def a_servo_moves_to_the_requested_opening(bench: Bench) -> None:
     arm = _arm_with(bench, "servo")
     with bench.check_unmoved("a servo"):
@@ -60,6 +61,7 @@ def a_servo_moves_to_the_requested_opening(bench: Bench) -> None:
     _check_fingers_stay(bench, arm, FURTHER_MM)
 
 
+@row("an output opens and closes the fingers", "gripper", needs=(valve,), transports=IN_SIMULATION)
 def an_output_opens_and_closes(bench: Bench) -> None:
     arm = _arm_with(bench, "output")
     narrow_mm, wide_mm = arm.model.gripper_range_mm
@@ -72,6 +74,12 @@ def an_output_opens_and_closes(bench: Bench) -> None:
     _check_fingers_stay(bench, arm, narrow_mm)
 
 
+@row(
+    "connecting does not release an output gripper",
+    "gripper",
+    needs=(valve,),
+    transports=IN_SIMULATION,
+)
 def connecting_does_not_release_an_output(bench: Bench) -> None:
     """A simulated servo without a command stays where it is; a real one may go limp."""
     arm = _arm_with(bench, "output")
@@ -87,6 +95,12 @@ def connecting_does_not_release_an_output(bench: Bench) -> None:
     )
 
 
+@row(
+    "a servo that the controller cannot drive is refused",
+    "gripper",
+    needs=(no_servo,),
+    transports=IN_SIMULATION,
+)
 def a_servo_that_the_controller_cannot_drive_is_refused(bench: Bench) -> None:
     bench.use_arm_file('[gripper]\nkind = "servo"')
     with bench.check_unmoved("a refused connection"):
@@ -94,14 +108,4 @@ def a_servo_that_the_controller_cannot_drive_is_refused(bench: Bench) -> None:
     check("gripper.kind" in str(refusal), f"the refusal does not name the key: {refusal}")
 
 
-ROWS = (
-    Behaviour("a servo moves to the requested opening", "gripper",
-              a_servo_moves_to_the_requested_opening, needs=(servo,), transports=IN_SIMULATION),
-    Behaviour("an output opens and closes the fingers", "gripper", an_output_opens_and_closes,
-              needs=(valve,), transports=IN_SIMULATION),
-    Behaviour("connecting does not release an output gripper", "gripper",
-              connecting_does_not_release_an_output, needs=(valve,), transports=IN_SIMULATION),
-    Behaviour("a servo that the controller cannot drive is refused", "gripper",
-              a_servo_that_the_controller_cannot_drive_is_refused, needs=(no_servo,),
-              transports=IN_SIMULATION),
-)  # fmt: skip
+ROWS = rows_of(globals())

@@ -4,9 +4,10 @@ Each switch is a little beyond the place where its motor begins.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from armdrive.arm import Arm
 from armdrive.dialects.controller import OVERTRAVEL
@@ -14,13 +15,17 @@ from armdrive.errors import DeviceFault, LinkLost, Stopped
 from armdrive.status import State, Status, Trust
 from kinematics import Motors
 
-from .behaviour import IN_SIMULATION, Behaviour, limit_switches, own_homing
+from .behaviour import IN_SIMULATION, limit_switches, own_homing, row, rows_of
 from .bench import Bench
 from .motions import check_refused
 from .observation import ON_THE_STEP, Observation, check
 from .rows_moving import check_moves
 from .rows_stopping import check_within_bound
 
+SWITCHES: dict[str, Any] = {
+    "needs": (own_homing, limit_switches),
+    "transports": IN_SIMULATION,
+}
 TRAVEL, TURN, CIA402_TURN = 400, 16384, 10_000
 """Drives reach their switches in one second, at one turn a second."""
 
@@ -96,6 +101,7 @@ def check_homing(bench: Bench, arm: Arm, goal: Motors) -> None:
     check_moves(bench, arm)
 
 
+@row("homing seeks the switches in the arm file's order", "homing by switches", **SWITCHES)
 def homing_seeks_the_switches_in_order(bench: Bench) -> None:
     start = bench.look().motors
     arm, goal = arm_with_switches(bench)
@@ -149,11 +155,13 @@ def _check_recovery(bench: Bench, arm: Arm, goal: Motors, start: Observation) ->
     check_homing(bench, arm, goal)
 
 
+@row("a switch that sticks closed ends homing", "homing by switches", **SWITCHES)
 def a_switch_that_sticks_ends_homing(bench: Bench) -> None:
     arm, goal, start, _ = _make_homing_fail(bench, "closed")
     _check_recovery(bench, arm, goal, start)
 
 
+@row("a switch that never closes ends homing", "homing by switches", **SWITCHES)
 def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
     arm, _, start, after = _make_homing_fail(bench, "open")
     made = abs(after.motors[STUCK - 1] - start.motors[STUCK - 1])
@@ -166,6 +174,7 @@ def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
     bench.check_stands(0.5, "reset")
 
 
+@row("a stop ends homing, and nothing is referenced", "homing by switches", **SWITCHES)
 def a_stop_ends_homing(bench: Bench) -> None:
     """A stop comes from outside, and the arm is observed when it should have come to rest."""
     arm, goal = arm_with_switches(bench)
@@ -189,6 +198,7 @@ def a_stop_ends_homing(bench: Bench) -> None:
     check_homing(bench, arm, goal)
 
 
+@row("a lost wire while homing keeps its bound", "homing by switches", **SWITCHES)
 def a_lost_wire_while_homing_keeps_its_bound(bench: Bench) -> None:
     """The driver is gone as if its program had died: the controller decides how far it goes on."""
     arm, goal = arm_with_switches(bench)
@@ -225,17 +235,4 @@ def a_lost_wire_while_homing_keeps_its_bound(bench: Bench) -> None:
     check_homing(bench, arm, goal)
 
 
-def _row(name: str, run: Callable[[Bench], None]) -> Behaviour:
-    return Behaviour(
-        name, "homing by switches", run, needs=(own_homing, limit_switches),
-        transports=IN_SIMULATION,
-    )  # fmt: skip
-
-
-ROWS = (
-    _row("homing seeks the switches in the arm file's order", homing_seeks_the_switches_in_order),
-    _row("a switch that sticks closed ends homing", a_switch_that_sticks_ends_homing),
-    _row("a switch that never closes ends homing", a_switch_that_never_closes_ends_homing),
-    _row("a stop ends homing, and nothing is referenced", a_stop_ends_homing),
-    _row("a lost wire while homing keeps its bound", a_lost_wire_while_homing_keeps_its_bound),
-)
+ROWS = rows_of(globals())

@@ -6,7 +6,7 @@ from armdrive.arm import Arm
 from armdrive.moves import Jog
 from armdrive.status import Trust
 
-from .behaviour import Behaviour, cartesian, finger_motor
+from .behaviour import cartesian, finger_motor, row, rows_of
 from .bench import Bench
 from .motions import jog_first_joint, sweeping_jog
 from .observation import check
@@ -26,6 +26,7 @@ def hold_until_under_way(
     bench.wait_until_moving(lambda: arm.jogging.hold(jog, speed=speed, for_s=for_s))
 
 
+@row("increments of a jog add up", "jog", watched=True)
 def increments_add_up(bench: Bench) -> None:
     arm = bench.ready()
     first = arm.model.arm.joint_names[0]
@@ -37,6 +38,7 @@ def increments_add_up(bench: Bench) -> None:
     check_arrived(bench, arm)
 
 
+@row("an unreferenced arm jogs slowly", "jog", watched=True)
 def unreferenced_jogs_are_slow(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
@@ -50,6 +52,7 @@ def unreferenced_jogs_are_slow(bench: Bench) -> None:
     check(made_rad <= most_rad, "an unreferenced arm was jogged faster than announced")
 
 
+@row("a released jog stops within its bound", "jog", smoke=True)
 def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
     arm = bench.ready()
     for after_s in bench.stops_after_s[:2]:
@@ -70,24 +73,28 @@ def _expires(bench: Bench, arm: Arm, jog: Jog) -> None:
     check(rest.after_s <= time_s, f"held for {HOLD_S} s, it went on for {rest.after_s:.2f} s")
 
 
+@row("a held jog expires by itself", "jog", watched=True)
 def a_held_jog_expires_by_itself(bench: Bench) -> None:
     arm = bench.ready()
     _expires(bench, arm, sweeping_jog(arm))
     check_settled(bench, arm)
 
 
+@row("a held Cartesian jog expires", "jog", needs=(cartesian,), watched=True)
 def a_held_cartesian_jog_expires(bench: Bench) -> None:
     arm = bench.ready()
     _expires(bench, arm, Jog.cartesian(y=1.0, z=-0.5))
     check_settled(bench, arm)
 
 
+@row("a held jog of the fingers expires", "jog", needs=(finger_motor,), watched=True)
 def a_held_jog_of_the_fingers_expires(bench: Bench) -> None:
     arm = bench.ready()
     _expires(bench, arm, Jog.joint(gripper=1.0))
     check_settled(bench, arm)
 
 
+@row("a held jog of an unreferenced arm expires", "jog", watched=True)
 def a_held_jog_of_an_unreferenced_arm_expires(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
@@ -95,6 +102,7 @@ def a_held_jog_of_an_unreferenced_arm_expires(bench: Bench) -> None:
     check(arm.status.trust is not Trust.REFERENCED, "a jog gave the position a meaning")
 
 
+@row("a Cartesian jog goes straight", "jog", needs=(cartesian,), watched=True)
 def a_cartesian_jog_goes_straight(bench: Bench) -> None:
     arm = bench.ready()
     start = bench.look().tip
@@ -106,18 +114,4 @@ def a_cartesian_jog_goes_straight(bench: Bench) -> None:
     check(off <= allowed, f"12 mm down, and {off:.2f} mm off")
 
 
-ROWS = (
-    Behaviour("increments of a jog add up", "jog", increments_add_up, watched=True),
-    Behaviour("an unreferenced arm jogs slowly", "jog", unreferenced_jogs_are_slow, watched=True),
-    Behaviour("a released jog stops within its bound", "jog",
-              a_released_jog_stops_within_its_bound, smoke=True),
-    Behaviour("a held jog expires by itself", "jog", a_held_jog_expires_by_itself, watched=True),
-    Behaviour("a held Cartesian jog expires", "jog", a_held_cartesian_jog_expires,
-              needs=(cartesian,), watched=True),
-    Behaviour("a held jog of the fingers expires", "jog", a_held_jog_of_the_fingers_expires,
-              needs=(finger_motor,), watched=True),
-    Behaviour("a held jog of an unreferenced arm expires", "jog",
-              a_held_jog_of_an_unreferenced_arm_expires, watched=True),
-    Behaviour("a Cartesian jog goes straight", "jog", a_cartesian_jog_goes_straight,
-              needs=(cartesian,), watched=True),
-)  # fmt: skip
+ROWS = rows_of(globals())

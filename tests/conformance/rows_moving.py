@@ -7,7 +7,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds
 from armdrive.status import State, Trust
 
-from .behaviour import Behaviour, cartesian, finger_motor, grip_switch
+from .behaviour import cartesian, finger_motor, grip_switch, row, rows_of
 from .bench import Bench
 from .motions import begin_joints, check_refused, joints_from, shifted
 from .observation import ON_THE_STEP, Point, check, place, rests_within
@@ -42,6 +42,7 @@ def check_moves(bench: Bench, arm: Arm) -> None:
     check_arrived(bench, arm)
 
 
+@row("a joint motion arrives, and its read-back says so", "move", watched=True, smoke=True)
 def a_joint_motion_arrives(bench: Bench) -> None:
     arm = bench.ready()
     goal = joints_from(arm)
@@ -53,6 +54,7 @@ def a_joint_motion_arrives(bench: Bench) -> None:
         check(off <= 0.5, f"{name} is {off:.2f} degrees off")
 
 
+@row("a joint motion stays between start and goal", "move")
 def a_joint_motion_goes_only_between(bench: Bench) -> None:
     """No motor leaves the range between start and goal, so none overshoots."""
     arm = bench.ready()
@@ -68,6 +70,7 @@ def a_joint_motion_goes_only_between(bench: Bench) -> None:
     check(len({each.motors for each in seen}) > 2, "the arm was never seen on its way")
 
 
+@row("a slower speed takes longer", "move", watched=True)
 def a_slow_motion_takes_its_time(bench: Bench) -> None:
     arm = bench.ready()
     fast = arm.move_j(**joints_from(arm, 8.0, -4.0))
@@ -79,6 +82,7 @@ def a_slow_motion_takes_its_time(bench: Bench) -> None:
     check_arrived(bench, arm)
 
 
+@row("there and back leaves no drift", "move", watched=True)
 def there_and_back_is_no_drift(bench: Bench) -> None:
     arm = bench.ready()
     start = bench.look().motors
@@ -90,6 +94,7 @@ def there_and_back_is_no_drift(bench: Bench) -> None:
     check(off <= ON_THE_STEP, f"three times there and back, and {off} steps off")
 
 
+@row("beyond a limit nothing moves", "move", watched=True)
 def beyond_a_limit_nothing_moves(bench: Bench) -> None:
     arm = bench.ready()
     name = arm.model.arm.joint_names[0]
@@ -102,6 +107,7 @@ def beyond_a_limit_nothing_moves(bench: Bench) -> None:
     check(name in str(refusal), f"the refusal does not name the joint: {refusal}")
 
 
+@row("a Cartesian goal is reached", "Cartesian", needs=(cartesian,), watched=True)
 def a_pose_is_reached(bench: Bench) -> None:
     arm = bench.ready()
     goal = shifted(arm.pose, y_mm=25.0, z_mm=-10.0)
@@ -113,6 +119,7 @@ def a_pose_is_reached(bench: Bench) -> None:
     check(off <= allowed, f"the tip is {off:.2f} mm from the goal, {allowed:.2f} mm announced")
 
 
+@row("a line is straight within what is announced", "Cartesian", needs=(cartesian,))
 def a_line_is_straight(bench: Bench) -> None:
     arm = bench.ready()
     arm.move_to(shifted(arm.pose, y_mm=-LINE_MM / 2.0))
@@ -143,6 +150,7 @@ def off_line_mm(point: Point, start: Point, end: Point) -> float:
     return math.dist(point, nearest)
 
 
+@row("motors move by raw steps", "move", watched=True)
 def motors_move_by_raw_steps(bench: Bench) -> None:
     arm = bench.connect()
     bench.switch_on(arm)
@@ -156,6 +164,7 @@ def motors_move_by_raw_steps(bench: Bench) -> None:
     check(arm.status.trust is trust, "raw steps gave the position a meaning")
 
 
+@row("the fingers open and close", "gripper", needs=(finger_motor,), watched=True)
 def fingers_open_and_close(bench: Bench) -> None:
     arm = bench.ready()
     before = bench.look()
@@ -167,6 +176,7 @@ def fingers_open_and_close(bench: Bench) -> None:
     check(bench.look().off_mm(before) <= bench.step_mm(before.motors), "the tip moved with them")
 
 
+@row("a grasp of nothing measures 0 mm", "gripper", needs=(finger_motor, grip_switch))
 def a_grasp_of_nothing_measures_0_mm(bench: Bench) -> None:
     arm = bench.ready()
     arm.gripper.open(10.0)
@@ -177,21 +187,4 @@ def a_grasp_of_nothing_measures_0_mm(bench: Bench) -> None:
     check_arrived(bench, arm)
 
 
-ROWS = (
-    Behaviour("a joint motion arrives, and its read-back says so", "move",
-              a_joint_motion_arrives, watched=True, smoke=True),
-    Behaviour("a joint motion stays between start and goal", "move",
-              a_joint_motion_goes_only_between),
-    Behaviour("a slower speed takes longer", "move", a_slow_motion_takes_its_time, watched=True),
-    Behaviour("there and back leaves no drift", "move", there_and_back_is_no_drift, watched=True),
-    Behaviour("beyond a limit nothing moves", "move", beyond_a_limit_nothing_moves, watched=True),
-    Behaviour("motors move by raw steps", "move", motors_move_by_raw_steps, watched=True),
-    Behaviour("a Cartesian goal is reached", "Cartesian", a_pose_is_reached, needs=(cartesian,),
-              watched=True),
-    Behaviour("a line is straight within what is announced", "Cartesian", a_line_is_straight,
-              needs=(cartesian,)),
-    Behaviour("the fingers open and close", "gripper", fingers_open_and_close,
-              needs=(finger_motor,), watched=True),
-    Behaviour("a grasp of nothing measures 0 mm", "gripper", a_grasp_of_nothing_measures_0_mm,
-              needs=(finger_motor, grip_switch)),
-)  # fmt: skip
+ROWS = rows_of(globals())

@@ -7,7 +7,7 @@ from armdrive.motion.execute import Moved
 from armdrive.status import Trust
 from kinematics import Motors
 
-from .behaviour import IN_SIMULATION, Behaviour, cartesian
+from .behaviour import IN_SIMULATION, cartesian, row, rows_of
 from .bench import Bench
 from .motions import (
     begin_joints,
@@ -56,6 +56,7 @@ def pause_on_the_way(bench: Bench) -> tuple[Arm, Handle[Moved], Observation, Mot
     return arm, handle, start, goal
 
 
+@row("a paused motion resumes along its path", "pause")
 def a_paused_motion_resumes_along_its_path(bench: Bench) -> None:
     arm, handle, start, goal = pause_on_the_way(bench)
     here = bench.look().motors
@@ -70,6 +71,7 @@ def a_paused_motion_resumes_along_its_path(bench: Bench) -> None:
     check(start.motors != goal, "the motion went nowhere")
 
 
+@row("a paused line stays a line", "pause", needs=(cartesian,))
 def a_paused_line_stays_a_line(bench: Bench) -> None:
     arm = bench.ready()
     start = bench.look()
@@ -87,6 +89,7 @@ def a_paused_line_stays_a_line(bench: Bench) -> None:
     check(worst <= allowed, f"resumed, it left its line by {worst:.2f} mm, {allowed:.2f} announced")
 
 
+@row("a stop ends a pause and its motion", "pause")
 def a_stop_ends_a_pause(bench: Bench) -> None:
     arm, handle, *_ = pause_on_the_way(bench)
     arm.stop()
@@ -97,6 +100,7 @@ def a_stop_ends_a_pause(bench: Bench) -> None:
     check_settled(bench, arm)
 
 
+@row("a paused motion does not resume after a power failure", "pause", transports=IN_SIMULATION)
 def a_paused_motion_does_not_resume_after_a_power_failure(bench: Bench) -> None:
     """The arm sags, and its controller has forgotten the motion."""
     arm, handle, *_ = pause_on_the_way(bench)
@@ -110,6 +114,7 @@ def a_paused_motion_does_not_resume_after_a_power_failure(bench: Bench) -> None:
     check(arm.status.trust is not Trust.REFERENCED, "its power failed, and it is referenced")
 
 
+@row("a pause ends a jog and blocks new ones", "pause")
 def a_pause_ends_a_jog(bench: Bench) -> None:
     arm = bench.ready()
     hold_until_under_way(bench, arm, sweeping_jog(arm), 0.5)
@@ -144,6 +149,7 @@ def check_slowed(slow: float, plan: tuple[Motors, Motors, float]) -> None:
     )
 
 
+@row("a speed override slows a motion under way", "speed")
 def an_override_slows_a_motion_under_way(bench: Bench) -> None:
     arm = bench.ready()
     plan = sweep_plan(arm)
@@ -159,15 +165,4 @@ def an_override_slows_a_motion_under_way(bench: Bench) -> None:
     check_settled(bench, arm)
 
 
-ROWS = (
-    Behaviour("a paused motion resumes along its path", "pause",
-              a_paused_motion_resumes_along_its_path),
-    Behaviour("a paused line stays a line", "pause", a_paused_line_stays_a_line,
-              needs=(cartesian,)),
-    Behaviour("a stop ends a pause and its motion", "pause", a_stop_ends_a_pause),
-    Behaviour("a paused motion does not resume after a power failure", "pause",
-              a_paused_motion_does_not_resume_after_a_power_failure, transports=IN_SIMULATION),
-    Behaviour("a pause ends a jog and blocks new ones", "pause", a_pause_ends_a_jog),
-    Behaviour("a speed override slows a motion under way", "speed",
-              an_override_slows_a_motion_under_way),
-)  # fmt: skip
+ROWS = rows_of(globals())

@@ -7,7 +7,7 @@ import threading
 
 from armdrive.errors import Stopped
 
-from .behaviour import Behaviour
+from .behaviour import row, rows_of
 from .motions import begin_joints, begin_sweep, check_refused, sweep_plan
 from .observation import check
 from .real_time_bench import ROOT, RealTimeBench
@@ -43,6 +43,7 @@ def run_command(bench: RealTimeBench, *words: str) -> None:
     check("asked" in output, f"`armdrive {words[0]}` found no arm: {output}")
 
 
+@row("another program pauses and resumes it", "several programs", transports=LOCKED)
 def another_program_pauses_and_resumes_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     _, goal, _ = sweep_plan(arm)
@@ -63,6 +64,7 @@ def another_program_pauses_and_resumes_it(bench: RealTimeBench) -> None:
     check_settled(bench, arm)
 
 
+@row("another program stops it", "several programs", transports=LOCKED)
 def another_program_stops_it(bench: RealTimeBench) -> None:
     arm, handle = sweeping(bench, SLOWLY)
     status = arm.status
@@ -72,6 +74,7 @@ def another_program_stops_it(bench: RealTimeBench) -> None:
     check_settled(bench, arm)
 
 
+@row("another program slows it", "several programs", transports=LOCKED)
 def another_program_slows_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     plan = sweep_plan(arm)
@@ -84,6 +87,7 @@ def another_program_slows_it(bench: RealTimeBench) -> None:
     check_settled(bench, arm)
 
 
+@row("another program watches it to the end", "several programs", transports=LOCKED)
 def another_program_watches_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     with start_command(bench, "watch", "--json", "--every", "0.02") as program:
@@ -105,13 +109,4 @@ def another_program_watches_it(bench: RealTimeBench) -> None:
     check(before.motors != bench.look().motors, "the arm did not move while it was watched")
 
 
-ROWS = (
-    Behaviour("another program pauses and resumes it", "several programs",
-              another_program_pauses_and_resumes_it, transports=LOCKED),
-    Behaviour("another program stops it", "several programs", another_program_stops_it,
-              transports=LOCKED),
-    Behaviour("another program slows it", "several programs", another_program_slows_it,
-              transports=LOCKED),
-    Behaviour("another program watches it to the end", "several programs",
-              another_program_watches_it, transports=LOCKED),
-)  # fmt: skip
+ROWS = rows_of(globals())

@@ -9,7 +9,7 @@ from armdrive.errors import ArmError, NotReferenced, Stopped, WrongState
 from armdrive.motion.execute import Moved
 from armdrive.status import Current, State, Status, Trust
 
-from .behaviour import Behaviour, cartesian, switches_current
+from .behaviour import cartesian, row, rows_of, switches_current
 from .bench import Bench
 from .motions import begin_sweep, check_refused, jog_first_joint, planned_motions, shifted
 from .observation import Standstill, check
@@ -68,14 +68,17 @@ def _stopped(bench: Bench, begin: Callable[[Arm], object]) -> None:
         check_settled(bench, arm)
 
 
+@row("a joint motion stops within its bound", "stop")
 def a_joint_motion_stops_within_its_bound(bench: Bench) -> None:
     _stopped(bench, begin_sweep)
 
 
+@row("a line stops within its bound", "stop", needs=(cartesian,))
 def a_line_stops_within_its_bound(bench: Bench) -> None:
     _stopped(bench, lambda arm: arm.move_l(shifted(arm.pose, y_mm=110.0), wait=False))
 
 
+@row("a stop ends the motion and the call that waits for it", "stop", watched=True)
 def a_stop_ends_the_waiting_call(bench: Bench) -> None:
     arm, handle = sweeping(bench)
     arm.stop()
@@ -86,6 +89,7 @@ def a_stop_ends_the_waiting_call(bench: Bench) -> None:
     check_moves(bench, arm)
 
 
+@row("an emergency stop latches", "stop", watched=True, smoke=True)
 def an_emergency_stop_latches(bench: Bench) -> None:
     arm, _ = sweeping(bench)
     status, seen = arm.status, bench.look()
@@ -104,6 +108,7 @@ def an_emergency_stop_latches(bench: Bench) -> None:
     bench.check_stands(0.5, "after the emergency stop")
 
 
+@row("leaving an emergency stop moves nothing", "stop")
 def leaving_an_emergency_stop_moves_nothing(bench: Bench) -> None:
     arm, _ = sweeping(bench)
     arm.estop()
@@ -124,6 +129,11 @@ def leaving_an_emergency_stop_moves_nothing(bench: Bench) -> None:
     check_moves(bench, arm)
 
 
+@row(
+    "disabling releases the motors, and the position becomes suspect",
+    "power",
+    needs=(switches_current,),
+)
 def disabling_releases_the_motors(bench: Bench) -> None:
     arm = bench.ready()
     arm.disable()
@@ -146,17 +156,4 @@ def disabling_releases_the_motors(bench: Bench) -> None:
     check(bench.look().energised, "moved, and the motors are not held")
 
 
-ROWS = (
-    Behaviour("a joint motion stops within its bound", "stop",
-              a_joint_motion_stops_within_its_bound),
-    Behaviour("a line stops within its bound", "stop", a_line_stops_within_its_bound,
-              needs=(cartesian,)),
-    Behaviour("a stop ends the motion and the call that waits for it", "stop",
-              a_stop_ends_the_waiting_call, watched=True),
-    Behaviour("an emergency stop latches", "stop", an_emergency_stop_latches, watched=True,
-              smoke=True),
-    Behaviour("leaving an emergency stop moves nothing", "stop",
-              leaving_an_emergency_stop_moves_nothing),
-    Behaviour("disabling releases the motors, and the position becomes suspect", "power",
-              disabling_releases_the_motors, needs=(switches_current,)),
-)  # fmt: skip
+ROWS = rows_of(globals())

@@ -67,7 +67,6 @@ def run_row(
 
 BEHAVIOURS: tuple[Behaviour, ...] = (
     *rows_connecting.ROWS,
-    *rows_connecting.LOST_WIRE_ROWS,
     *rows_homing.ROWS,
     *rows_moving.ROWS,
     *rows_gripping.ROWS,

@@ -1,6 +1,6 @@
-"""The results as a table of behaviours by dialect, for the terminal and for the page."""
+"""The results as Markdown: for each family of behaviours a table by dialect."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from .behaviour import EVERYWHERE, Behaviour
@@ -42,26 +42,18 @@ A single word holds for every transport. Otherwise there is one word for each, i
 def page(behaviours: Sequence[Behaviour], results: Iterable[RowResult], command: str) -> str:
     """Return the page: its introduction, the command that wrote it, the table and the notes."""
     found = tuple(results)
-    transports = _transports(found)
+    transports = [each for each in WORDS if any(one.transport == each for one in found)]
     named = ";\n".join(f"{each}: {WORDS[each]}" for each in transports)
+    reasons: dict[str, dict[str, None]] = {}
+    for each in found:
+        if each.verdict is Verdict.NOT_APPLICABLE:
+            reasons.setdefault(each.words, {})[each.dialect] = None
+    notes = [f"- {words} ({', '.join(dialects)})" for words, dialects in reasons.items()]
     lines = [f"{PAGE_INTRO}{named}.", "", f"Made by `{command}`; {summary(found)}."]
-    lines += list(_markdown(behaviours, found))
-    lines += ["## What is not applicable, and why", ""]
-    lines += [f"- {note}" for note in notes(found, Verdict.NOT_APPLICABLE)] or ["Nothing."]
-    broken = [f"- {note}" for note in notes(found, Verdict.BROKEN)]
-    lines += ["", "## What is not as promised", "", *(broken or ["Nothing."])]
+    lines += list(markdown(behaviours, found))
+    lines += ["## What is not applicable, and why", "", *(notes or ["Nothing."])]
+    lines += ["", "## What is not as promised", "", *(broken(found) or ["Nothing."])]
     return "\n".join(lines) + "\n"
-
-
-def text(behaviours: Sequence[Behaviour], results: Iterable[RowResult]) -> str:
-    """Return the table for a terminal, with a sentence for each broken row."""
-    found = tuple(results)
-    dialects = _dialects(found)
-    width = max(len(row.name) for row in behaviours) + 2
-    rows = [("", *dialects), *_rows(behaviours, found)]
-    lines = [f"{name:<{width}}" + "".join(f"{cell:<18}" for cell in cells) for name, *cells in rows]
-    lines += ["", *notes(found, Verdict.BROKEN), summary(found)]
-    return "\n".join(line.rstrip() for line in lines)
 
 
 def summary(results: Sequence[RowResult]) -> str:
@@ -73,25 +65,21 @@ def summary(results: Sequence[RowResult]) -> str:
     )
 
 
-def notes(results: Sequence[RowResult], verdict: Verdict) -> list[str]:
-    """Return a sentence for each broken row; for other verdicts each reason with its dialects."""
-    if verdict is Verdict.BROKEN:
-        return [
-            f"{each.behaviour} ({each.dialect}, {each.transport}): {each.words}"
-            for each in results
-            if each.verdict is verdict
-        ]
-    reasons: dict[str, dict[str, None]] = {}
-    for each in results:
-        if each.verdict is verdict:
-            reasons.setdefault(each.words, {})[each.dialect] = None
-    return [f"{words} ({', '.join(dialects)})" for words, dialects in reasons.items()]
+def broken(results: Sequence[RowResult]) -> list[str]:
+    """Return a line for each broken row."""
+    return [
+        f"- {each.behaviour} ({each.dialect}, {each.transport}): {each.words}"
+        for each in results
+        if each.verdict is Verdict.BROKEN
+    ]
 
 
-def _markdown(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> Iterable[str]:
+def markdown(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> Iterator[str]:
     """Yield the rows by family: as a list if every dialect keeps them, else as a table."""
+    dialects = tuple(dict.fromkeys(each.dialect for each in results))
     for family, members in groupby(behaviours, lambda row: row.family):
-        rows = list(_paired(_rows(tuple(members), results)))
+        rows = [(row.name, *(_cell(row, name, results) for name in dialects)) for row in members]
+        rows = list(_paired(rows))
         kept = [row for row in rows if set(row[1:]) == {EVERYWHERE_KEPT}]
         others = [row for row in rows if row not in kept]
         yield from ("", f"## {family[0].upper() + family[1:]}", "")
@@ -99,13 +87,13 @@ def _markdown(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> 
             yield from ("Every controller:", "", *(f"- {name}" for name, *_ in kept))
         if others:
             yield from ([""] if kept else [])
-            yield f"| behaviour | {' | '.join(_dialects(results))} |"
-            yield "|---" * (1 + len(_dialects(results))) + "|"
+            yield f"| behaviour | {' | '.join(dialects)} |"
+            yield "|---" * (1 + len(dialects)) + "|"
             yield from (f"| {' | '.join(cells)} |" for cells in others)
     yield ""
 
 
-def _paired(rows: Sequence[tuple[str, ...]]) -> Iterable[tuple[str, ...]]:
+def _paired(rows: Sequence[tuple[str, ...]]) -> Iterator[tuple[str, ...]]:
     """Yield the rows; a fault with the same results in motion and standing gets one row."""
     known = set(rows)
     for name, *cells in rows:
@@ -117,48 +105,16 @@ def _paired(rows: Sequence[tuple[str, ...]]) -> Iterable[tuple[str, ...]]:
             yield (name, *cells)
 
 
-def _rows(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> list[tuple[str, ...]]:
-    known = {(each.behaviour, each.dialect, each.transport): each for each in results}
-    reached = {(each.dialect, each.transport) for each in results}
-    return [
-        (
-            row.name,
-            *(
-                _cell(
-                    [
-                        known.get((row.name, dialect, each))
-                        for each in _columns(row, results)
-                        if (dialect, each) in reached
-                    ]
-                )
-                for dialect in _dialects(results)
-            ),
-        )
-        for row in behaviours
-    ]
-
-
-def _columns(row: Behaviour, results: Sequence[RowResult]) -> tuple[str, ...]:
-    """Return the transports that a row's cells show: those of most rows, or only its own."""
-    everywhere = any(row.runs_over(each) for each in EVERYWHERE)
-    return tuple(
-        each
-        for each in _transports(results)
-        if (each in EVERYWHERE if everywhere else row.runs_over(each))
-    )
-
-
-def _cell(results: Sequence[RowResult | None]) -> str:
-    """Return one word if all transports agree, else one for each."""
-    words = [NOT_RUN if each is None else each.verdict.value for each in results]
-    if not words:
+def _cell(row: Behaviour, dialect: str, results: Sequence[RowResult]) -> str:
+    """Return one word if all transports of a row agree, else one for each."""
+    everywhere = set(EVERYWHERE) & set(row.transports)
+    words = {each.transport: NOT_RUN for each in results if each.dialect == dialect}
+    columns = EVERYWHERE if everywhere else row.transports
+    shown = [each for each in WORDS if each in words and each in columns]
+    for each in results:
+        if (each.behaviour, each.dialect) == (row.name, dialect):
+            words[each.transport] = each.verdict.value
+    found = [words[each] for each in shown]
+    if not found:
         return Verdict.NOT_APPLICABLE.value
-    return words[0] if len(set(words)) == 1 else " · ".join(words)
-
-
-def _dialects(results: Sequence[RowResult]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(each.dialect for each in results))
-
-
-def _transports(results: Sequence[RowResult]) -> tuple[str, ...]:
-    return tuple(each for each in WORDS if any(one.transport == each for one in results))
+    return found[0] if len(set(found)) == 1 else " · ".join(found)

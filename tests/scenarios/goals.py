@@ -17,7 +17,7 @@ from kinematics import Joints, Motors, Pose
 from tests.conformance.motions import shifted
 
 from .stage import Stage
-from .watch import Reaches
+from .watch import Reaches, depth_mm
 
 ROUNDED_STEPS = 1.0
 """How far a motor may be from an exact angle: start and goal are both rounded."""
@@ -220,7 +220,7 @@ def certain_goal(stage: Stage, draw: random.Random) -> dict[str, float] | None:
     """Return a goal that the driver must allow and that turns several motors; None without one.
 
     Each joint turns towards the middle of its range, no motor turns as far as its limit switch, and
-    the path is clear of all guards.
+    the path leads no deeper into any guard.
     """
     arm, transmission = stage.config.model.arm, stage.world.body.transmission
     guarded = replace(stage.config.model.guards, tolerance_mm=0.0).over(arm)
@@ -244,7 +244,7 @@ def certain_goal(stage: Stage, draw: random.Random) -> dict[str, float] | None:
         motors = transmission.to_motors(path[-1], opening_mm)
         steps = motors - stage.world.motors
         enough = sum(abs(each) >= CERTAIN_STEPS for each in steps) >= CERTAIN_MOTORS
-        clear = not any(guarded.violations(each) for each in path)
+        clear = max(depth_mm(guarded, each) for each in path) <= depth_mm(guarded, joints)
         if enough and clear and not _reaches_switch(stage, motors):
             there = dict(zip(joints.names, path[-1], strict=True))
             return {name: math.degrees(there[name]) for name in turns}

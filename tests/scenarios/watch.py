@@ -23,6 +23,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Joints, Motors
+from kinematics.guards import GuardedArm
 
 ON_THE_STEP = 1
 """How many steps two counts of the same place may differ by, because both are rounded."""
@@ -46,6 +47,11 @@ Point = tuple[float, float, float]
 def rests_within(settings: object) -> int:
     """Return how far from its target a closed-loop drive may rest, in counts; 0 for a stepper."""
     return max(getattr(settings, name, 0) for name in ("in_position_counts", "position_window"))
+
+
+def depth_mm(guarded: GuardedArm, joints: Joints) -> float:
+    """Return how deep a posture is inside a guard; 0 if it is in none."""
+    return max((each.excess_mm for each in guarded.violations(joints)), default=0.0)
 
 
 class Excuse(IntEnum):
@@ -354,7 +360,7 @@ class Watch:
 
     def guard_depth_mm(self, joints: Joints) -> float:
         """Return how deep a posture is inside a guard; 0 if it is in none."""
-        return max((each.excess_mm for each in self._guarded.violations(joints)), default=0.0)
+        return depth_mm(self._guarded, joints)
 
     def _violation(self, sentence: str) -> None:
         if sentence not in self.broken:

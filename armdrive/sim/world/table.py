@@ -1,7 +1,7 @@
 """The table of a simulated world: blocks, the arms around it, gripping, and incidents.
 
 Lengths are in mm, z up from the table. Several arms may stand at one table, each with a `GripScene`
-of its own. A block gripped by two arms moves with the one that gripped it first.
+of its own. An arm that has closed on a block that another carries takes it over when that lets go.
 """
 
 from __future__ import annotations
@@ -46,10 +46,9 @@ class TableBlock:
             raise BadRequest(f"a block needs a name without spaces, not {self.name!r}")
         for each in fields(self)[1:]:
             number = getattr(self, each.name)
-            if isinstance(number, bool) or not isinstance(number, int | float):
+            real = isinstance(number, int | float) and not isinstance(number, bool)
+            if not (real and math.isfinite(number)):
                 raise BadRequest(f"{each.name} of block {self.name!r} is no number: {number!r}")
-            if not math.isfinite(number):
-                raise BadRequest(f"{each.name} of block {self.name!r} must be finite")
             object.__setattr__(self, each.name, float(number))
         if self.width_mm <= 0.0 or self.height_mm <= 0.0:
             raise BadRequest(f"block {self.name!r} must be wider and higher than 0 mm")
@@ -172,19 +171,7 @@ class Table:
     def __init__(self) -> None:
         self.lock = threading.RLock()
         self.blocks: dict[str, TableBlock] = {}
-        self._hands: list[GripScene] = []
-
-    def join(self, hand: GripScene) -> None:
-        """Add a hand to the table."""
-        self._hands.append(hand)
-
-    def others(self, hand: GripScene) -> Iterator[GripScene]:
-        """Yield the other hands."""
-        return (each for each in self._hands if each is not hand)
-
-    def carrier(self, name: str) -> GripScene | None:
-        """Return the hand that carries a block, or None if the block is on the table."""
-        return next((hand for hand in self._hands if name in hand.carried), None)
+        self.hands: list[GripScene] = []
 
     def put(self, block: TableBlock) -> TableBlock:
         """Put a block down, or move the one of that name; return where it came to rest."""
@@ -202,27 +189,28 @@ class Table:
             if name not in self.blocks:
                 there = ", ".join(self.blocks) or "none"
                 raise BadRequest(f"there is no block {name!r}; there are: {there}")
-            for hand in self._hands:
+            for hand in self.hands:
                 hand.forget(name)
             taken = self.blocks.pop(name)
             self.settle()
             self._look()
             return taken
 
-    def released(self) -> None:
-        """Pass a released block to another hand that grips it, or let it fall."""
-        for hand in self._hands:
-            if hand.held is not None and self.carrier(hand.held) is None:
-                hand.take_over()
-        self.settle()
+    def shift(self, name: str, by: Point) -> None:
+        """Move a block."""
+        block = self.blocks[name]
+        self.blocks[name] = block.at((block.x_mm + by[0], block.y_mm + by[1], block.z_mm + by[2]))
+
+    def carried(self) -> set[str]:
+        """Return the names of the blocks that any hand carries."""
+        return {name for hand in self.hands for name in hand.carried}
 
     def settle(self) -> None:
         """Let every block that is not carried fall onto what is under it."""
-        floating = [name for hand in self._hands for name in hand.carried]
-        self.blocks = settled(self.blocks, floating)
+        self.blocks = settled(self.blocks, self.carried())
 
     def _look(self) -> None:
-        for hand in self._hands:
+        for hand in self.hands:
             hand.look()
 
 
@@ -301,13 +289,10 @@ class GripScene:
     ) -> None:
         self._stand = stand or Stand()
         self._table = self._stand.table
-        self._held: str | None = None
-        """The block that the fingers press on."""
-        self._carried: tuple[str, ...] = ()
-        """What moves with the tip: the held block and the blocks on it, but nothing while another
-        arm that gripped the block first carries it."""
+        self.held: str | None = None
+        """The name of the block that the fingers hold and carry."""
         self._offset: Point = (0.0, 0.0, 0.0)
-        """From the tip to the carried block."""
+        """From the tip to the held block."""
         self._around: set[str] = set()
         """The blocks between the open fingers: closing grips one of them."""
         self._touching: set[str] = set()
@@ -315,12 +300,12 @@ class GripScene:
         self._tip = self._stand.on_table(tip)
         self._opening_mm = opening_mm
         with self._table.lock:
-            self._table.join(self)
+            self._table.hands.append(self)
             for block in blocks:
                 self._blocks[block.name] = block.at(self._stand.on_table(block.place))
             if held is not None:
                 self._hold(held)
-            self._settle()
+            self._table.settle()
             self.look()
 
     @property
@@ -330,20 +315,15 @@ class GripScene:
             return self._stand.seen()
 
     @property
-    def held(self) -> str | None:
-        """The name of the block between the fingers, if they hold one."""
-        return self._held
-
-    @property
     def carried(self) -> tuple[str, ...]:
-        """The blocks that move with the fingers; none while another arm holds them."""
-        return self._carried
+        """The block that the fingers hold, and what stands on it."""
+        return () if self.held is None else (self.held, *riders(self._blocks, self.held))
 
     @property
     def contact_mm(self) -> float:
         """The opening at which the fingers touch a block or each other."""
-        if self._held is not None:
-            return self._blocks[self._held].width_mm
+        if self.held is not None:
+            return self._blocks[self.held].width_mm
         return max((self._blocks[name].width_mm for name in self._around), default=0.0)
 
     def put(self, block: TableBlock, tip: Point, opening_mm: float) -> TableBlock:
@@ -358,31 +338,18 @@ class GripScene:
         taken = self._table.take(name)
         return taken.at(self._stand.from_base(taken.place))
 
-    # -- queries ---------------------------------------------------------------------------
-
     def forget(self, name: str) -> None:
         """Forget a block that was taken away."""
-        if name == self._held:
-            self._let_go()
-        self._carried = tuple(each for each in self._carried if each != name)
+        self.held = None if name == self.held else self.held
         self._around.discard(name)
         self._touching.discard(name)
 
     def look(self) -> None:
         """Find out what the fingers surround after things have been moved by hand."""
         for name, block in self._blocks.items():
-            if name not in self._carried and block.contains(self._tip, -GRAZE_MM):
+            if name != self.held and block.contains(self._tip, -GRAZE_MM):
                 wide = self._opening_mm >= block.width_mm - _ROUNDING_MM
                 (self._around if wide else self._touching).add(name)
-
-    def take_over(self) -> None:
-        """Carry the block that the fingers grip, and what stands on it."""
-        if self._held is None:
-            return
-        place, tip = self._blocks[self._held].place, self._tip
-        self._offset = (place[0] - tip[0], place[1] - tip[1], place[2] - tip[2])
-        free = [on for on in riders(self._blocks, self._held) if self._table.carrier(on) is None]
-        self._carried = (self._held, *free)
 
     # -- what the fingers do ------------------------------------------------------------------
 
@@ -398,26 +365,31 @@ class GripScene:
             self._tip, self._opening_mm = after, opening_mm
             if not self._blocks:
                 return []
-            incidents = list(self._carry(after, time_s))
+            incidents = []
             if before != after:
-                incidents += self._pass(before, after, opening_mm, time_s)
-            self._grip(after, opening_mm)
+                incidents = [*self._carry(time_s), *self._pass(before, time_s)]
+            self.grip()
         return incidents
 
-    def _carry(self, tip: Point, time_s: float) -> Iterator[Incident]:
-        """Move the carried blocks, and push those in their way."""
-        if self._held is None or not self._carried:  # otherwise another arm holds it as well
+    def _carry(self, time_s: float) -> Iterator[Incident]:
+        """Move the held block along, push those in its way, and let the others fall."""
+        if self.held is None:
             return
-        held = self._blocks[self._held]
-        place = (tip[0] + self._offset[0], tip[1] + self._offset[1], tip[2] + self._offset[2])
-        shift = (place[0] - held.x_mm, place[1] - held.y_mm, place[2] - held.z_mm)
-        if shift == (0.0, 0.0, 0.0):
-            return
-        for name in self._carried:
-            self._shift(name, shift)
-        yield from self._pull(time_s)
-        yield from self._strike(self._held, (shift[0], shift[1], 0.0), time_s)
-        held = self._blocks[self._held]
+        held, carried = self._blocks[self.held], self.carried
+        shift = (
+            self._tip[0] + self._offset[0] - held.x_mm,
+            self._tip[1] + self._offset[1] - held.y_mm,
+            self._tip[2] + self._offset[2] - held.z_mm,
+        )
+        for name in carried:
+            self._table.shift(name, shift)
+        held = self._blocks[self.held]
+        for name, block in list(self._blocks.items()):
+            if name not in carried and held.hits(block):
+                yield from self._knock(name, shift, f"was hit by block {held.name}", time_s)
+            elif name not in carried:
+                self._touching.discard(name)
+        self._table.settle()
         if held.z_mm >= -TABLE_TOLERANCE_MM:
             self._touching.discard(held.name)
         elif held.name not in self._touching:
@@ -425,100 +397,64 @@ class GripScene:
             sentence = f"block {held.name} was pressed {-held.z_mm:.1f} mm into the table"
             yield Incident(IncidentKind.TABLE, held.name, sentence, time_s)
 
-    def _pull(self, time_s: float) -> Iterator[Incident]:
-        """Pull the carried blocks out of other fingers that have closed on them, and hold still."""
-        for hand in self._table.others(self):
-            if hand.held in self._carried and not hand.reaches():
-                sentence = f"block {hand.held} was pulled out of another arm's fingers"
-                yield Incident(IncidentKind.KNOCK, hand.held or "", sentence, time_s)
-                hand.forget(hand.held or "")
-
-    def reaches(self) -> bool:
-        """Return whether the tip is still within the block that the fingers hold."""
-        return self._held is not None and self._blocks[self._held].contains(self._tip, GRAZE_MM)
-
-    def _strike(self, held: str, push: Point, time_s: float) -> Iterator[Incident]:
-        for name, block in list(self._blocks.items()):
-            if name in self._carried:
-                continue
-            if not self._blocks[held].hits(block):
-                self._touching.discard(name)
-                continue
-            self._shift(name, push)
-            if name not in self._touching:
-                self._touching.add(name)
-                sentence = f"block {name} was hit by block {held}"
-                yield Incident(IncidentKind.KNOCK, name, sentence, time_s)
-        self._settle()
-
-    def _pass(
-        self, before: Point, after: Point, opening_mm: float, time_s: float
-    ) -> Iterator[Incident]:
+    def _pass(self, before: Point, time_s: float) -> Iterator[Incident]:
         """Move the tip into, through and out of blocks."""
+        carried = self.carried
         for name, block in list(self._blocks.items()):
-            if name in self._carried:
+            if name in carried:
                 continue
-            entered = block.entry(before, after, -GRAZE_MM)
+            entered = block.entry(before, self._tip, -GRAZE_MM)
             if entered is not None and name not in self._around:
-                if opening_mm > block.width_mm - _ROUNDING_MM and name not in self._touching:
+                if self._opening_mm > block.width_mm - _ROUNDING_MM and name not in self._touching:
                     self._around.add(name)
                 else:
-                    yield from self._push(name, before, after, entered, time_s)
-            if not self._blocks[name].contains(after, GRAZE_MM):
+                    rest = 1.0 - entered
+                    way = [(b - a) * rest for a, b in zip(before, self._tip, strict=True)]
+                    push = (way[0], way[1], 0.0)
+                    yield from self._knock(name, push, "was knocked by the fingers", time_s)
+                    self._table.settle()
+            if not self._blocks[name].contains(self._tip, GRAZE_MM):
                 self._around.discard(name)
-                if name == self._held:  # another arm carries it and has kept it
-                    self._let_go()
-                if self._held is None:
+                if self.held is None:
                     self._touching.discard(name)
 
-    def _push(
-        self, name: str, before: Point, after: Point, entered: float, time_s: float
-    ) -> Iterator[Incident]:
-        """Push a block ahead of the tip, from where the tip entered it."""
-        rest = 1.0 - entered
-        self._shift(name, ((after[0] - before[0]) * rest, (after[1] - before[1]) * rest, 0.0))
-        self._settle()
+    def _knock(self, name: str, push: Point, how: str, time_s: float) -> Iterator[Incident]:
+        """Push a block aside, and report it once for each contact; other hands hold theirs."""
+        if name not in self._table.carried():
+            self._table.shift(name, (push[0], push[1], 0.0))
         if name not in self._touching:
             self._touching.add(name)
-            sentence = f"block {name} was knocked by the fingers"
-            yield Incident(IncidentKind.KNOCK, name, sentence, time_s)
+            yield Incident(IncidentKind.KNOCK, name, f"block {name} {how}", time_s)
 
-    def _grip(self, tip: Point, opening_mm: float) -> None:
+    def grip(self) -> None:
         """Close on a block that the fingers surround, or let go of the one they hold."""
-        if self._held is not None:
-            if opening_mm >= self._blocks[self._held].width_mm - _ROUNDING_MM:
-                self._let_go()
+        if self.held is not None:
+            if self._opening_mm >= self._blocks[self.held].width_mm - _ROUNDING_MM:
+                self.held = None
+                for hand in self._table.hands:
+                    hand.grip()
+                self._table.settle()
             return
+        others = self._table.carried()
         pressed = [
             block
-            for block in map(self._blocks.__getitem__, self._around)
-            if block.width_mm - _ROUNDING_MM > opening_mm and block.contains(tip, GRAZE_MM)
+            for block in map(self._blocks.__getitem__, self._around - others)
+            if block.width_mm - _ROUNDING_MM > self._opening_mm
+            and block.contains(self._tip, GRAZE_MM)
         ]
         if pressed:
-            nearest = min(pressed, key=lambda one: abs(tip[2] - one.z_mm - one.height_mm / 2))
-            self._hold(nearest.name)
+            height = self._tip[2]
+            self._hold(
+                min(pressed, key=lambda one: abs(height - one.z_mm - one.height_mm / 2)).name
+            )
 
     def _hold(self, name: str) -> None:
-        """Hold a block where it is: because the fingers close on it, or from a saved world."""
-        self._held = name
+        """Hold a block where it is."""
+        self.held = name
         self._around.add(name)
-        if self._table.carrier(name) is None:
-            self.take_over()
-
-    def _let_go(self) -> None:
-        self._held, self._carried = None, ()
-        self._table.released()
+        place, tip = self._blocks[name].place, self._tip
+        self._offset = (place[0] - tip[0], place[1] - tip[1], place[2] - tip[2])
 
     @property
     def _blocks(self) -> dict[str, TableBlock]:
         return self._table.blocks
-
-    def _shift(self, name: str, by: Point) -> None:
-        """Move a block that no other arm carries."""
-        if name not in self._carried and self._table.carrier(name) is not None:
-            return
-        block = self._blocks[name]
-        self._blocks[name] = block.at((block.x_mm + by[0], block.y_mm + by[1], block.z_mm + by[2]))
-
-    def _settle(self) -> None:
-        self._table.settle()

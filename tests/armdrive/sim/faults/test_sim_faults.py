@@ -266,7 +266,7 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
         ("switch 1 open", "no limit switches"),
         ("overtake next", "no drives on a bus"),
         ("lose-steps 7 5", "1 to 6 or base"),
-        ("lose-steps 1 -5", "1 step or more"),
+        ("lose-steps 1 -5", "a count is from 1"),
         ("stall", "stall MOTOR"),
         ("@5", "name a fault"),
     ],

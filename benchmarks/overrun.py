@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
-from .observation import Observation
-from .real_time_bench import ProcessBench, PtyBench
+from tests.conformance.observation import Observation
+from tests.conformance.real_time_bench import ProcessBench, PtyBench
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 SEED = 1982
 MOMENTS_S = (0.15, 0.6)
 """The range from which it is drawn how long the arm moves before it is stopped."""
@@ -42,7 +42,7 @@ class DriverProcess:
 
     def __init__(self, port: str, dialect: str) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "tests.conformance.driver_program", port, dialect],
+            [sys.executable, "-m", "benchmarks.driver_program", port, dialect],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

@@ -1,6 +1,6 @@
 """A program that drives an arm on request, in a process that a test can kill.
 
-    python -m tests.conformance.driver_program PORT DIALECT
+    python -m benchmarks.driver_program PORT DIALECT
 
 Each line of the standard input is a JSON list: a method of `CommandDriver` and its arguments. The
 program answers each with one line: the result as JSON.
@@ -15,8 +15,7 @@ from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.status import State
 from kinematics import LinePart, Motors
-
-from .motions import begin_sweep, shifted, sweeping_jog
+from tests.conformance.motions import begin_sweep, shifted, sweeping_jog
 
 JOG_S = 30.0
 SWEEP_DEG = 55.0
@@ -47,7 +46,7 @@ class CommandDriver:
 
     def middle(self) -> None:
         """Move to a posture with room on all sides."""
-        self._arm.move_j(**MIDDLE_DEG)
+        self._arm.move_j(**MIDDLE_DEG)  # type: ignore[call-overload]
 
     def jog(self, direction: float) -> None:
         """Begin a jog of three joints at full speed, until `release`."""
