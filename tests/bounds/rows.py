@@ -356,9 +356,9 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
             "does not brake on the ramp.",
         ),
         "as if dead": Reason(
-            0.25,
+            0.1,
             "The status has one bound for a pause and for the death of the program. Paused drives "
-            "get no more targets, and need not miss a heartbeat for 0.25 s first.",
+            "brake at once, and need not miss a heartbeat for 0.25 s first.",
         ),
         "little to catch up": Reason(
             0.4,
@@ -454,7 +454,7 @@ def _bus_rows() -> tuple[Row, ...]:
             for cause in _ENDS
         ),
         *(Row("cia402", _P, cause, (0.603, 0.607), **on) for cause in _STOPS),
-        Row("cia402", _P, Cause.PAUSE, (0.5,), late_s=0.0, way="as if dead"),
+        Row("cia402", _P, Cause.PAUSE, (0.5,), late_s=0.0, time="as if dead", way="as if dead"),
         *(Row("cia402", _P, cause, (0.34,), options=_RUN_ON) for cause in _DEATHS),
         Row("cia402", _P, Cause.PULLED, (0.34,), options=_RUN_ON),
         *(Row("cia402", _J, cause, (0.603, 0.607), **on) for cause in _ENDS),

@@ -13,8 +13,9 @@ Read in this order:
     words      one frame described in words
 
 What a drive counts as, when, and where that is decided. `fits`, `doubted` and `behind` are watched.
-Each of the others ends the motion by the table of `phases`: all drives stop, the one with the
-trouble is asked why if it replies, all hold where they stand, and the position is suspect.
+Each of the others ends the motion (MKS by the table of `phases`): all drives stop, the one with the
+trouble is asked why if it replies, all hold where they stand, and the position is suspect. CiA 402
+drives judge their following error by themselves, so that only MKS drives need the observer.
 
   fits        within reach, and where its orders had it lately               intervals
   doubted     out of reach once: asked again at once, else ignored           observer
@@ -24,8 +25,7 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               0.15 s, although it confirmed one meanwhile
               MKS: stands short of its last target at nine looks, or has     mks.motion
               left it in a pause after an outage
-              CiA 402: has stood short of its target for 0.6 s               cia402.motion
-              CiA 402: is read off its last target for 0.6 s                 cia402.leading
+              CiA 402: has stood off its target for 0.6 s                    cia402.motion
   restarted   out of reach twice, and its count can have run up from zero    observer
               MKS: the same, but it was away (it owes replies) instead       mks.drive, ledger
               CiA 402: its boot-up message came                              cia402.drives
@@ -36,16 +36,15 @@ trouble is asked why if it replies, all hold where they stand, and the position 
               MKS: came to rest beyond where its stop can have led it        mks.stops
   mute        MKS: missed four polls while another drive replied             mks.observer
               MKS, braking: missed eight                                     mks.stops
-              CiA 402: missed 20 SYNCs, or does not tell its state           cia402.leading
-              CiA 402, at rest: missed 3.5 heartbeats and four questions,    cia402.exchange
-              or did not answer a request
+              CiA 402: does not tell its state when it may have stopped,     cia402.exchange
+              or sends no report until that is asked again
+              CiA 402, at rest: does not answer a request                    cia402.exchange
   silent      MKS: all drives missed ten polls                               mks.observer
   late        MKS: 15 late readings in a row, and no drive sends prompt ones mks.observer
-              CiA 402: five, and no SYNC was answered in time                cia402.leading
   unfit       MKS: rejects two orders, and has stalled, has no current or    mks.drive
               is in another mode; or a limit switch has stopped it
               CiA 402: was not enabled for a cycle                           cia402.drives
-              CiA 402: is in another mode                                    cia402.leading
+              CiA 402: is in another mode                                    cia402.motion
 
 An MKS drive tells its position when it is asked (a poll), a CiA 402 drive at every SYNC.
 """

@@ -16,7 +16,6 @@ from types import MappingProxyType
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import midway
-from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime, in_turn
 from armdrive.dialects.exchange import ListenedTime, Obstructed, Script, ScriptIO
 from armdrive.tasks import Done, Reply, RequestRejected, Timeout, never
@@ -245,7 +244,15 @@ class HomingStatus(Enum):
     FAILED = "failed"
 
 
-Observed = TypeVar("Observed", bound=ObservedDrive)
+class Counting(Protocol):
+    """A drive with a position."""
+
+    @property
+    def count(self) -> int:
+        """Its count."""
+
+
+Observed = TypeVar("Observed", bound=Counting)
 
 
 class HomingSearch(Generic[Observed]):

@@ -3,11 +3,11 @@
 Read in this order, after `dialects.bus`:
 
     controller   what the engine uses: requests, frames, events, the bounds of stops
-    drives       the state of each drive, as its events show it
-    exchange     what scripts work with: SYNC cycles, position reads, states, objects by SDO
+    drives       one drive: what it has reported, and what can be wrong with it
+    exchange     what scripts work with: the drives, their cycles by SYNC, their objects by SDO
+    states       holding, stopping, switching off, resetting faults
     contact      finding the drives, setting them up, switching their current, clearing faults
-    leading      what all motions share: beginning, outages, arriving, stopping
-    motion       cyclic targets, bursts by profile position
+    motion       the one rule for all motions; cyclic targets, bursts by profile position
     homing       the drives' own search for their switches
     measuring    the units of a drive's speeds and ramps, by slow turns
 

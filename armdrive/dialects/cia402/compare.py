@@ -55,7 +55,7 @@ def compare(io: Cia402Exchange) -> Script[Reply]:
     """Compare the objects that the arm depends on, as far as a drive has them."""
     rows = wanted(io.settings)
     wanted_values = {write.place: write.value for write, _, _ in rows}
-    results = yield from io.transfers.obtain(io.transfers.of_each(*wanted_values))
+    results = yield from io.obtain(dict.fromkeys(io.drives, tuple(wanted_values)))
     differences = tuple(
         Difference(
             f"{name} ({write.place}) of {result.drive}",
@@ -65,7 +65,7 @@ def compare(io: Cia402Exchange) -> Script[Reply]:
             must,
         )
         for write, name, must in rows
-        for result in results.values()
+        for result in results
         if (found := result.values.get(write.place)) not in (None, write.value)
         and not _same_ratio(write.place.index, result.values, wanted_values)
     )
@@ -87,10 +87,10 @@ def _same_ratio(index: int, found: Mapping[Place, int], wanted_values: Mapping[P
 def fix(io: Cia402Exchange, line: str) -> Script[Reply]:
     """Write one object."""
     node, write = parsed_line(line)
-    if node not in io.group.by_node:
+    if node not in io.by_node:
         raise Refused(f"`{line}`: no drive of this arm has the node number {node}")
     io.last_command = line
-    yield from io.transfers.carry_out({node: (write,)})
+    yield from io.put({io.by_node[node]: (write,)})
     return Done()
 
 

@@ -1,37 +1,27 @@
-"""Find an arm's CiA 402 drives, set them up, switch their current, and clear their faults.
-
-None of it moves anything.
-"""
+"""Finding the drives and setting them up; switching their current; clearing their faults."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
-from typing import NoReturn
 
 from armdrive.dialects.bus.phases import end_earlier_motion
-from armdrive.dialects.cia402.drives import (
-    FAULTS,
-    Cia402Drive,
-    off_target_alert,
-)
-from armdrive.dialects.cia402.exchange import (
-    STOP_WRITE,
-    Cia402Exchange,
-    Results,
-    Script,
-    SdoResult,
-)
+from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
+from armdrive.dialects.cia402.exchange import Cia402Exchange, ReadObjects, Script
 from armdrive.dialects.cia402.objects import DRIVES
-from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
+from armdrive.dialects.cia402.states import STOP_WRITE, hold, reset_faults, switch_off
 from armdrive.dialects.exchange import TRIES, Obstructed
-from armdrive.tasks import Done, ProtocolWarning, Reply, RequestRejected
+from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol import canopen
-from firmware_protocol.canopen import DataType, DriveState, NmtCommand, Place, Write
+from firmware_protocol.canopen import DataType, DriveState, NmtCommand, OperationMode, Place, Write
 
 # A drive has stopped if it has not turned for this long: three periods of SYNC by default.
 STILL_S = 0.03
 # A heartbeat with our own number, at most this many of our timeouts old, is another master's.
 RIVAL_TIMEOUTS = 1.5
+# The last frames are sent this often: one may be lost.
+LAST_FRAMES = 2
 
 # The settings that drives get.
 
@@ -107,316 +97,313 @@ def _remedy(place: Place) -> str:
     return ". It is required; newer firmware of the drive may have it"
 
 
-class Cia402Contact:
-    """Finds every drive, sets it up, reads its position, switches its current and clears faults."""
+def connect(io: Cia402Exchange) -> Script[None]:
+    """Find every drive, and set it up. Raises `Obstructed`. Nothing turns and no current changes.
 
-    def __init__(self, io: Cia402Exchange) -> None:
-        self.io, self.group = io, io.group
-        self.states, self.transfers = io.states, io.transfers
+    An earlier program may have left the drives in motion: they are waited for, then stopped.
+    """
+    io.shared.clear()
+    yield from _recognise(io)
+    yield from _end_earlier_motion(io)
+    if io.shared:
+        raise Obstructed(io.shared_words)
+    yield from _set_up(io)
+    yield from _start(io)
+    for drive in io.drives:
+        drive.order(drive.count)
+        drive.fresh = not io.configured
+    io.contacted = io.configured = True
 
-    def connect(self) -> Script[None]:
-        """Make contact with every drive. Raises `Obstructed` if that fails."""
-        inbox = self.group.inbox
-        inbox.shared.clear()
-        yield from self._recognise()
-        yield from self._end_earlier_motion()
-        if inbox.shared:
-            raise Obstructed(inbox.shared_words)
-        yield from self._write_required()
-        yield from self._write_optional()
-        settings = safety(watches=self.group.watches)
-        yield from self.transfers.verify(settings, "with which it would stop and hold")
-        yield from self._start()
-        for drive in self.io.drives:
-            drive.rest()
-            drive.shaft.fresh = not self.group.configured
-        self.group.contacted = self.group.configured = True
 
-    def _recognise(self) -> Script[None]:
-        """Identify every drive, and choose the mode in which they are driven."""
-        self.io.last_command = "SDO 1000"
-        known = self.group.configured
-        results = yield from self._find(
-            canopen.SERIAL_NUMBER,
-            canopen.DEVICE_TYPE,
-            canopen.SUPPORTED_MODES,
-            canopen.PRODUCER_HEARTBEAT_MS,
-            *(() if known else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
+def _recognise(io: Cia402Exchange) -> Script[None]:
+    """Require that every node is a drive, and choose how they are driven."""
+    io.last_command, settings = "SDO 1000", io.settings
+    results = yield from _find(
+        io,
+        canopen.SERIAL_NUMBER,
+        canopen.DEVICE_TYPE,
+        canopen.SUPPORTED_MODES,
+        canopen.PRODUCER_HEARTBEAT_MS,
+        *(() if io.configured else (*WATCH_OBJECTS, *UNIT_OBJECTS)),
+    )
+    if io.rival_s > io.now_s - RIVAL_TIMEOUTS * settings.heartbeat_timeout_ms / 1000.0:
+        raise Obstructed(
+            f"another program sends heartbeats as node {settings.master_id} on this bus and may "
+            "command these drives: end it first"
         )
-        self._require_no_rival()
-        for result in results.values():
-            self._require_drive(result)
-        if known:
-            period_ms = self.io.settings.drive_heartbeat_ms
-            for result in results.values():
-                found_ms = result.values.get(canopen.PRODUCER_HEARTBEAT_MS, period_ms)
-                result.drive.booted |= found_ms != period_ms  # it has lost its settings
-        else:
-            self.group.watches = not self._unwatching(results)
-            for result in results.values():
-                self._adopt_units(result)
-        words = [result.values.get(canopen.SUPPORTED_MODES) for result in results.values()]
-        modes = [canopen.supported_modes(word & 0xFFFF_FFFF) for word in words if word is not None]
-        self.group.choose_mode(frozenset.intersection(*modes) if modes else frozenset())
+    for result in results:
+        _require_drive(result)
+        if not io.configured:
+            _adopt_units(settings, result)
+        elif result.values.get(canopen.PRODUCER_HEARTBEAT_MS) not in (
+            None,
+            settings.drive_heartbeat_ms,
+        ):
+            result.drive.booted = True  # it has lost its settings
+    if not io.configured:
+        _choose_mode(io, results)
 
-    def _require_no_rival(self) -> None:
-        """Raise `Obstructed` if another program sends heartbeats with this program's number."""
-        settings = self.io.settings
-        rival_s = RIVAL_TIMEOUTS * settings.heartbeat_timeout_ms / 1000.0
-        if self.group.rival_s > self.io.now_s - rival_s:
-            raise Obstructed(
-                f"another program sends heartbeats as node {settings.master_id} on this bus and "
-                "may command these drives: end it first"
-            )
 
-    @staticmethod
-    def _require_drive(result: SdoResult) -> None:
-        """Raise `Obstructed` unless a node is a drive of CiA 402."""
-        if canopen.DEVICE_TYPE in result.refused:
-            remedy = ". So it is not a CANopen device: check the ids of the arm file"
-            raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
-        profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
-        if profile != DRIVES:
-            raise Obstructed(
-                f"{result.drive} reports device profile {profile}, not a drive of CiA "
-                f"{DRIVES}: check the ids of the arm file (`armdrive doctor --can`)"
-            )
+def _find(io: Cia402Exchange, *places: Place) -> Script[list[ReadObjects]]:
+    """Read objects of every drive; wake drives that were stopped, and ask again.
 
-    def _adopt_units(self, result: SdoResult) -> None:
-        """Take a drive's units from the arm file, or from itself; else they stay unknown.
+    A stopped node does not answer, and sends nothing but its heartbeat.
+    """
+    jobs = dict.fromkeys(io.drives, places)
+    results = yield from io.transfer(jobs)
+    mute = [result.drive for result in results if result.mute]
+    if 0 < len(mute) < len(results):
+        io.send_nmt(NmtCommand.PRE_OPERATIONAL, mute)
+        results = yield from io.transfer(jobs)
+        mute = [result.drive for result in results if result.mute]
+    if not mute:
+        return results
+    reply = io.absence(mute)
+    if isinstance(reply, RequestRejected) and io.shared:  # it may be one of the two
+        reply = replace(reply, reason=f"{reply.reason}. And {io.shared_words}")
+    raise Obstructed(reply)
 
-        Nanotec's CL4-E tells rpm when it is new (its EDS file), and maxon's EPOS4 has rpm and its
-        decimal fractions only. Of drives without 60A9 nothing can be assumed (`measuring`).
-        """
-        drive, settings = result.drive, self.io.settings
-        increments = result.values.get(canopen.ENCODER_INCREMENTS, 0)
-        turns = result.values.get(canopen.ENCODER_TURNS, 1)
-        drive.turn = increments / max(turns, 1) or settings.encoder_increments
-        word = result.values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
-        drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
-        speed_hz, ramp_hz_s = (
-            units[drive.motor] if units else 0.0
-            for units in (settings.speed_units, settings.ramp_units)
+
+def _require_drive(result: ReadObjects) -> None:
+    """Raise `Obstructed` unless a node is a drive of CiA 402."""
+    if canopen.DEVICE_TYPE in result.refused:
+        remedy = ". So it is not a CANopen device: check the ids of the arm file"
+        raise Obstructed(result.refused[canopen.DEVICE_TYPE] + remedy)
+    profile = result.values.get(canopen.DEVICE_TYPE, 0) & 0xFFFF
+    if profile != DRIVES:
+        raise Obstructed(
+            f"{result.drive} reports device profile {profile}, not a drive of CiA {DRIVES}: check "
+            "the ids of the arm file (`armdrive doctor --can`)"
         )
-        drive.speed_unit_hz = speed_hz or drive.reported_unit_hz
-        drive.ramp_unit_hz_s = ramp_hz_s or drive.speed_unit_hz
 
-    def _unwatching(self, results: Results) -> bool:
-        """Return whether a drive cannot stop by itself when this program dies, and warn of it."""
-        lacking = [
-            (result.drive, place)
-            for result in results.values()
-            for place in WATCH_OBJECTS
-            if place in result.lacking
+
+def _adopt_units(settings: Cia402Settings, result: ReadObjects) -> None:
+    """Take a drive's units from the arm file, or from itself; else they stay unknown.
+
+    Nanotec's CL4-E tells rpm when it is new (its EDS file), and maxon's EPOS4 has rpm and its
+    decimal fractions only. Of drives without 60A9 nothing can be assumed (`measuring`).
+    """
+    drive, values = result.drive, result.values
+    turns = max(values.get(canopen.ENCODER_TURNS, 1), 1)
+    drive.turn = values.get(canopen.ENCODER_INCREMENTS, 0) / turns or settings.encoder_increments
+    word = values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
+    drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
+    speed_hz, ramp_hz_s = (
+        units[drive.motor] if units else 0.0
+        for units in (settings.speed_units, settings.ramp_units)
+    )
+    drive.speed_unit_hz = speed_hz or drive.reported_unit_hz
+    drive.ramp_unit_hz_s = ramp_hz_s or drive.speed_unit_hz
+
+
+def _choose_mode(io: Cia402Exchange, results: list[ReadObjects]) -> None:
+    """Choose cyclic targets if all drives have that mode and the arm file allows it; else bursts.
+
+    Bursts end by themselves. So drives that do not stop without this program's heartbeat get them
+    too: when targets stop, some makers' drives go on (STOBER, ID 442454.02).
+    """
+    lacking = [
+        (result.drive, place)
+        for result in results
+        for place in WATCH_OBJECTS
+        if place in result.lacking
+    ]
+    io.watches = not lacking
+    for drive, place in lacking[:1]:
+        io.warn(
+            f"{drive} has no object {place}, so it would not stop without this program: the arm "
+            "moves in bursts, which end by themselves"
+        )
+    words = (result.values.get(canopen.SUPPORTED_MODES, 0) & 0xFFFF_FFFF for result in results)
+    cyclic = all(OperationMode.CYCLIC_POSITION in canopen.supported_modes(word) for word in words)
+    io.is_cyclic = cyclic and io.watches and io.settings.strategy == CYCLIC
+
+
+def _end_earlier_motion(io: Cia402Exchange) -> Script[None]:
+    """Wait until all drives stand, and stop those that do not."""
+    both = dict.fromkeys(io.drives, (canopen.POSITION, canopen.STATUSWORD))
+    yield from io.obtain(both)
+
+    def turning() -> Script[list[Cia402Drive]]:
+        """Return the drives that have turned since the last look. A sagging arm is found later."""
+        before = {drive: drive.count for drive in io.drives}
+        yield from io.wait(STILL_S)
+        yield from io.obtain(both)
+        return [
+            drive
+            for drive, count in before.items()
+            if drive.holds and abs(drive.count - count) > drive.tremble
         ]
-        for drive, place in lacking[:1]:
-            self.io.notify(
-                ProtocolWarning(
-                    f"{drive} has no object {place}, so it would not stop without this program: "
-                    "the arm moves in bursts, which end by themselves"
+
+    def stop(drives: list[Cia402Drive]) -> Script[None]:
+        yield from io.transfer(dict.fromkeys(drives, (STOP_WRITE,)))
+
+    yield from end_earlier_motion(io, turning, stop)
+
+
+def _set_up(io: Cia402Exchange) -> Script[None]:
+    """Write the settings of every drive while it takes no part in PDOs, and verify them."""
+    io.last_command, settings = "SDO set-up", io.settings
+    cycle_ms = round(io.limits.cycle_s * 1000.0) if io.is_cyclic else None
+    required = {
+        drive: required_settings(
+            drive.node,
+            drive.ramp(io.limits.quick_hz_s) if drive.ramp_unit_hz_s else None,
+            cycle_ms,
+            watches=io.watches,
+        )
+        for drive in io.drives
+    }
+    for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
+        io.send_nmt(NmtCommand.PRE_OPERATIONAL, io.drives)
+        results = yield from io.obtain(required)
+        refused = [each for result in results for each in result.refused.items()]
+        if not refused:
+            break
+    for place, words in refused:
+        raise Obstructed(words + _remedy(place))
+    unwatched = () if io.watches else (heartbeat_watch(settings, on=False),)
+    optional = {
+        drive: (*optional_settings(settings, drive.node), *unwatched) for drive in io.drives
+    }
+    for result in (yield from io.obtain(optional, lenient=True)):
+        for place, words in result.refused.items():
+            if place.index >= _PROFILE_OBJECTS and not io.configured:
+                io.warn(words)
+    yield from _verify(io, safety(watches=io.watches), "with which it would stop and hold")
+
+
+def _verify(io: Cia402Exchange, writes: tuple[Write, ...], why: str) -> Script[None]:
+    """Read back objects on which safety depends. Raises `Obstructed`."""
+    places = tuple(write.place for write in writes)
+    for result in (yield from io.obtain(dict.fromkeys(io.drives, places))):
+        for write in writes:
+            if result.values.get(write.place) != write.value:
+                raise Obstructed(
+                    f"{result.drive} does not keep {write.value} in object {write.place}, {why} "
+                    "when this program dies"
                 )
-            )
-        return bool(lacking)
 
-    def _find(self, *places: Place) -> Script[Results]:
-        """Read objects of every drive; wake drives that were stopped, and ask again.
 
-        A stopped node does not answer, and sends nothing but its heartbeat.
-        """
-        jobs = self.transfers.of_each(*places)
-        results = yield from self.transfers.transfer(jobs)
-        mute = [result.drive for result in results.values() if result.mute]
-        if 0 < len(mute) < len(results):
-            self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, mute)
-            one = {drive.node: (canopen.DEVICE_TYPE,) for drive in mute}
-            woken = yield from self.transfers.transfer(one, tries=1)
-            if not all(result.mute for result in woken.values()):
-                results = yield from self.transfers.transfer(jobs)
-                mute = [result.drive for result in results.values() if result.mute]
-        if not mute:
-            return results
-        reply, inbox = self.io.absence(mute), self.group.inbox
-        if isinstance(reply, RequestRejected) and inbox.shared:  # it may be one of the two
-            reply = replace(reply, reason=f"{reply.reason}. And {inbox.shared_words}")
-        raise Obstructed(reply)
-
-    def _end_earlier_motion(self) -> Script[None]:
-        """Wait until all drives stand, and stop those that do not."""
-        both = self.transfers.of_each(canopen.POSITION, canopen.STATUSWORD)
-        yield from self.transfers.obtain(both)
-
-        def turning() -> Script[list[Cia402Drive]]:
-            """Return the drives that have turned since the last look, and hold their motors.
-
-            A sagging arm is found later.
-            """
-            before = {drive: drive.shaft.count for drive in self.io.drives}
-            yield from self.io.wait(self.io.now_s + STILL_S)
-            yield from self.transfers.obtain(both)
-            return [
-                drive
-                for drive, count in before.items()
-                if drive.holds and abs(drive.shaft.count - count) > drive.shaft.bounds.tremble
-            ]
-
-        yield from end_earlier_motion(self.io, turning, self._quick_stop)
-
-    def _quick_stop(self, drives: list[Cia402Drive]) -> Script[None]:
-        """Stop drives that take no part in PDOs yet."""
-        yield from self.transfers.transfer({drive.node: (STOP_WRITE,) for drive in drives})
-
-    def _write_required(self) -> Script[None]:
-        """Write the settings that every drive needs, while it takes no part in PDOs."""
-        self.io.last_command = "SDO set-up"
-        cyclic = self.group.resting_mode is canopen.OperationMode.CYCLIC_POSITION
-        cycle_ms = round(self.io.cycle_s * 1000.0) if cyclic else None
-        jobs = {
-            node: required_settings(
-                node,
-                drive.ramp(self.io.limits.quick_hz_s) if drive.ramp_unit_hz_s else None,
-                cycle_ms,
-                watches=self.group.watches,
-            )
-            for node, drive in self.group.by_node.items()
-        }
-        for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
-            self.io.send_nmt(NmtCommand.PRE_OPERATIONAL, self.io.drives)
-            results = yield from self.transfers.obtain(jobs)
-            refused = [each for result in results.values() for each in result.refused.items()]
-            if not refused:
-                return
-        for place, words in refused:
-            raise Obstructed(words + _remedy(place))
-
-    def _write_optional(self) -> Script[None]:
-        """Write the optional settings; warn once of those that a drive lacks."""
-        unwatched = () if self.group.watches else (heartbeat_watch(self.io.settings, on=False),)
-        jobs = {
-            node: (*optional_settings(self.io.settings, node), *unwatched)
-            for node in self.group.by_node
-        }
-        results = yield from self.transfers.obtain(jobs, lenient=True)
-        for result in results.values():
-            for place, words in result.refused.items():
-                if place.index >= _PROFILE_OBJECTS and not self.group.configured:
-                    self.io.notify(ProtocolWarning(words))
-
-    def _start(self) -> Script[None]:
-        """Let the drives take part in PDOs, and read every position."""
-        self.io.last_command = "SYNC"
-        missing = self.io.drives
+def _start(io: Cia402Exchange) -> Script[None]:
+    """Let the drives take part in PDOs, and read every position."""
+    io.last_command = "SYNC"
+    since_s, missing = io.now_s, list(io.drives)
+    for _ in range(TRIES):
+        io.send_nmt(NmtCommand.START, missing)
+        yield from io.wait(io.limits.cycle_s)
         for _ in range(TRIES):
-            self.io.send_nmt(NmtCommand.START, missing)
-            yield from self.io.wait(self.io.now_s + self.io.cycle_s)
-            missing = yield from self.io.look()
+            yield from io.cycle()
+            missing = [drive for drive in io.drives if drive.reported_s <= since_s]
             if not missing:
                 return
-        if len(missing) == len(self.io.drives):
-            raise Obstructed(self.io.silence(self.io.began_s))
-        raise Obstructed(
-            f"{missing[0]} answers, but sends no PDO upon SYNC: another program may have set it up"
-        )
+    if len(missing) == len(io.drives):
+        raise Obstructed(io.silence(io.began_s))
+    raise Obstructed(
+        f"{missing[0]} answers, but sends no PDO upon SYNC: another program may have set it up"
+    )
 
-    # -- current and faults -------------------------------------------------------------------
-    #
-    # Drives that hold also watch this program's heartbeat.
 
-    def read(self) -> Script[Reply]:
-        """Read every position, and report a drive that has moved although it should hold."""
-        yield from self.io.require_positions()
-        for drive in self.group.off_target if self.group.on else ():
-            self.io.notify(off_target_alert(drive))
-            drive.rest()
-        return self.group.registers()
+# Currents and faults. Drives that hold also watch this program's heartbeat.
 
-    def switch_on(self) -> Script[Reply]:
-        """Make every drive hold its motor where it is and watch this program's heartbeat."""
-        self.group.on = False
-        yield from self.io.require_positions()
-        for drive in self.io.drives:
-            if drive.state in FAULTS:
-                yield from self._refuse(drive)
-        self.io.beats.begin(self.io.now_s)
-        yield from self._watch(on=True)
-        yield from self.io.require_positions()  # a hand may have turned a shaft
-        for drive in (yield from self.states.bring(self.io.drives, DriveState.ENABLED)):
-            yield from self._refuse(drive)
-        yield from self.states.hold_here(self.io.drives)
-        yield from self._adopt_positions()
-        self.group.on = True
-        return Done()
 
-    def _refuse(self, drive: Cia402Drive) -> Script[NoReturn]:
-        """Raise `Obstructed` with the reason why a drive is not switched on."""
-        yield from self.transfers.explain(drive)
+def read(io: Cia402Exchange) -> Script[Reply]:
+    """Read every position, and report a drive that has moved although it should hold."""
+    yield from io.look()
+    for drive in io.drives:
+        if io.on and not drive.is_near:
+            io.notify(Trouble.OFF_TARGET.alert(drive))
+            drive.order(drive.count)
+    return io.registers()
+
+
+def enable(io: Cia402Exchange) -> Script[Reply]:
+    """Make every drive hold its motor where it is and watch this program's heartbeat."""
+    io.on = False
+    yield from io.look()
+    for drive in io.drives:
         if drive.state in FAULTS:
-            raise Obstructed(drive.locked_words)
-        state = "in no state" if drive.word is None else f"at {drive.word}"
+            yield from io.explain(drive)
+            raise Obstructed(Trouble.LOCKED.alert(drive).text)
+    io.beats.begin(io.now_s)
+    yield from _watch(io, on=True)
+    yield from io.look()  # a hand may have turned a shaft meanwhile
+    yield from hold(io, io.resting_mode)
+    _forget_troubles(io)
+    io.on = True
+    return Done()
+
+
+def disable(io: Cia402Exchange) -> Script[Reply]:
+    """Switch every drive's motor off, even if not every drive ends its watch."""
+    io.on = False
+    reply: Reply = Done()
+    try:
+        yield from _watch(io, on=False)
+    except Obstructed as obstructed:
+        reply = obstructed.reply
+    since_s = io.now_s
+    left = yield from switch_off(io)
+    if mute := [drive for drive in left if drive.reported_s < since_s]:
+        raise Obstructed(io.absence(mute))
+    for drive in left:
+        raise Obstructed(RequestRejected(f"{drive} does not switch its motor off"))
+    io.beats.end()
+    return reply
+
+
+def reset(io: Cia402Exchange) -> Script[Reply]:
+    """Reset faults and leave quick stops. Currents stay as they are, and nothing moves."""
+    yield from io.look()
+    io.report_troubles()
+    for drive in (yield from reset_faults(io)):
+        yield from io.explain(drive)
         raise Obstructed(
-            f"{drive} does not switch its motor on, it stays {state}: check the motors' supply "
-            "and the drive's own enable input"
+            f"{Trouble.IN_FAULT.alert(drive).text}, and does not leave it: clear the cause, then "
+            "call `reset()`"
         )
+    holding = (DriveState.ENABLED, DriveState.QUICK_STOP)
+    held = [drive for drive in io.drives if drive.state in holding]
+    if held:
+        yield from hold(io, io.resting_mode, held)
+    yield from io.look()
+    for drive in io.drives:
+        if drive not in held:
+            drive.order(drive.count)
+    _forget_troubles(io)
+    io.on = len(held) == len(io.drives) and io.beats.due_s < math.inf
+    return Done()
 
-    def switch_off(self) -> Script[Reply]:
-        """Switch every drive's motor off."""
-        self.group.on = False
-        reply: Reply = Done()
-        try:
-            yield from self._watch(on=False)
-        except Obstructed as obstructed:
-            reply = obstructed.reply
-        left = yield from self.states.bring(self.io.drives, DriveState.DISABLED)
-        off = [drive for drive in left if drive.state not in FAULTS]
-        if mute := [drive for drive in off if not drive.has_just_reported]:
-            raise Obstructed(self.io.absence(mute))
-        for drive in off:
-            raise Obstructed(RequestRejected(f"{drive} does not switch its motor off"))
-        self.io.beats.end()
-        return reply
 
-    def clear(self) -> Script[Reply]:
-        """Reset faults and leave quick stops. Currents stay as they are, and nothing moves."""
-        yield from self.io.require_positions()
-        for drive in self.io.drives:
-            self.group.report(drive)  # faults that were not reported yet
-        faulty = [drive for drive in self.io.drives if drive.state in FAULTS]
-        for drive in (yield from self.states.reset_faults(faulty)):
-            yield from self.transfers.explain(drive)
-            words = (
-                f"{drive.fault_words}, and does not leave it: clear the cause, then call `reset()`"
-            )
-            raise Obstructed(words)
-        yield from self.states.leave_quick_stop(self.io.drives)
-        yield from self._adopt_positions()
-        held = all(drive.state is DriveState.ENABLED for drive in self.io.drives)
-        self.group.on = self.io.beats.on and held
-        return Done()
+def shutdown_frames(io: Cia402Exchange) -> bytes:
+    """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
+    if math.isinf(io.beats.due_s):
+        return b""
+    io.beats.end()
+    if not io.watches:
+        return b""
+    write, frames = heartbeat_watch(io.settings, on=False), b""
+    for _ in range(LAST_FRAMES):
+        for drive in io.drives:
+            frames += io.host.abandon(drive.node)
+            frames += io.host.download(drive.node, write.place, write.data)
+    return frames
 
-    def shutdown_frames(self) -> bytes:
-        """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
-        if not self.io.beats.on:
-            return b""
-        self.io.beats.end()
-        if not self.group.watches:
-            return b""
-        return self.transfers.unanswered_writes(heartbeat_watch(self.io.settings, on=False))
 
-    def _adopt_positions(self) -> Script[None]:
-        """Adopt every drive's position as its target, and forget its past faults."""
-        yield from self.io.require_positions()
-        for drive in self.group.off_target:
-            drive.rest()
-        for drive in self.io.drives:
-            drive.recover()
+def _forget_troubles(io: Cia402Exchange) -> None:
+    for drive in io.drives:
+        drive.booted = drive.alerted = drive.missed_heartbeat = False
+        drive.error, drive.fell = "", None
 
-    def _watch(self, *, on: bool) -> Script[None]:
-        """Make the drives watch this program's heartbeat, or not, and verify that.
 
-        A drive whose reaction is not set might let its motor go, so it watches nothing.
-        """
-        if not self.group.watches:
-            return
-        write = heartbeat_watch(self.io.settings, on=on)
-        self.io.last_command = "SDO 1016"
-        yield from self.transfers.carry_out(self.transfers.of_each(write), _remedy)
-        yield from self.transfers.verify((write,), "without which it would not stop")
+def _watch(io: Cia402Exchange, *, on: bool) -> Script[None]:
+    """Make the drives watch this program's heartbeat, or not, and verify that.
+
+    A drive whose reaction is not set might let its motor go, so it watches nothing.
+    """
+    if not io.watches:
+        return
+    write = heartbeat_watch(io.settings, on=on)
+    io.last_command = "SDO 1016"
+    yield from io.put(dict.fromkeys(io.drives, (write,)), _remedy)
+    yield from _verify(io, (write,), "without which it would not stop")

@@ -15,14 +15,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from armdrive.abilities import SEGMENTS_AHEAD, Abilities, segment_s
+from armdrive.abilities import SEGMENTS_AHEAD, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
-from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.cia402.compare import compare, fix
-from armdrive.dialects.cia402.contact import Cia402Contact
-from armdrive.dialects.cia402.drives import FAULTS
+from armdrive.dialects.cia402.contact import (
+    connect,
+    disable,
+    enable,
+    read,
+    reset,
+    shutdown_frames,
+)
+from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
 from armdrive.dialects.cia402.homing import Cia402Homing
 from armdrive.dialects.cia402.measuring import measure_units
@@ -39,8 +45,6 @@ from armdrive.dialects.exchange import Obstructed
 from armdrive.errors import Refused
 from armdrive.errors.printable import command_line
 from armdrive.tasks import (
-    Alert,
-    AlertKind,
     DropCurrent,
     FixSetting,
     HomeDevice,
@@ -72,65 +76,58 @@ class Cia402Requests:
     """Carries out the requests of one arm; obstacles are raised as `Obstructed`."""
 
     def __init__(self, io: Cia402Exchange, config: ArmConfig) -> None:
-        self._io, self._group = io, io.group
-        self._arm, self._homes = config.name, config.homing is not None
-        self.contact = Cia402Contact(io)
+        self._io, self._arm, self._homes = io, config.name, config.homing is not None
         self.homing = Cia402Homing(io)
 
     def carry_out(self, request: Request) -> Script[Reply]:
-        """Carry out a request; the first one makes contact with the drives before it.
-
-        New faults are reported at the end.
-        """
+        """Carry out a request; the first one makes contact with the drives before it."""
+        io = self._io
         for _ in range(2):
             try:
                 reply = yield from self._attempt(request)
                 break
             except Obstructed as obstructed:
                 reply = obstructed.reply
-            if not self._group.dropped_out:
+            if not any(drive.dropped_out for drive in io.drives):
                 break  # else they missed a heartbeat at rest, and then the question: ask again
-        for drive in self._io.drives:
-            if drive.state in FAULTS and not drive.reported:
-                yield from self._io.transfers.explain(drive)
-            self._group.report(drive)
+        for drive in io.drives:
+            if drive.state in FAULTS and not drive.alerted:
+                yield from io.explain(drive)
+        io.report_troubles()
         return reply
 
     def _attempt(self, request: Request) -> Script[Reply]:
         """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
+        io = self._io
         self._require_unbroken(request)
-        contact, io = self.contact, self._io
-        if not self._group.contacted:
-            yield from contact.connect()
+        if not io.contacted:
+            yield from connect(io)
             if self._homes:
                 yield from self.homing.read_speeds(io.drives)
-        match request:
-            case MoveBy() | MoveAlong() | HomeDevice():
-                return (yield from self._move(request))
-            case MeasureUnits(motor, steps):
-                return (yield from measure_units(io, io.drives[motor], steps))
-            case ReadPosition():
-                return (yield from contact.read())
-            case ReadSettings():
-                return (yield from compare(io))
-            case FixSetting(line):
-                return (yield from fix(io, line))
-            case SwitchOn():
-                return (yield from contact.switch_on())
-            case DropCurrent():
-                return (yield from contact.switch_off())
-            case _:
-                return (yield from contact.clear())
-
-    def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script[Reply]:
-        self._require_units()
+        if isinstance(request, MoveBy | MoveAlong | HomeDevice):
+            self._require_units()
         match request:
             case MoveBy(steps, rate_hz, released):
-                return burst(self._io, steps, rate_hz, released)
+                script = burst(io, steps, rate_hz, released)
             case MoveAlong():
-                return stream(self._io, request)
+                script = stream(io, request)
             case HomeDevice(groups):
-                return self.homing.home(groups)
+                script = self.homing.home(groups)
+            case MeasureUnits(motor, steps):
+                script = measure_units(io, io.drives[motor], steps)
+            case ReadPosition():
+                script = read(io)
+            case ReadSettings():
+                script = compare(io)
+            case FixSetting(line):
+                script = fix(io, line)
+            case SwitchOn():
+                script = enable(io)
+            case DropCurrent():
+                script = disable(io)
+            case _:
+                script = reset(io)
+        return (yield from script)
 
     def _require_unbroken(self, request: Request) -> None:
         """Raise `Obstructed` if a motion goes on with this request although a drive left it.
@@ -141,11 +138,11 @@ class Cia402Requests:
         """
         moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
         goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
-        if goes_on and self._group.on and self._group.dropped_out:
-            drive = self._group.dropped_out[0]
-            words = f"{drive} has stopped by itself, and holds{drive.why}"
-            self._group.alarm(drive, Alert(AlertKind.ALARM, words))
-            raise Obstructed(words)
+        for drive in self._io.drives:
+            if goes_on and self._io.on and drive.dropped_out:
+                alert = Trouble.STOPPED.alert(drive)
+                self._io.alarm(alert, drive)
+                raise Obstructed(alert.text)
 
     def _require_units(self) -> None:
         """Raise `Obstructed` for a drive whose unit of speed is unknown: it might turn too fast."""
@@ -170,8 +167,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         self.limits = limits = DriveLimits.of(settings, motors, config.connection.baud)
         order_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms) / 1000.0
         self._exchange = io = Cia402Exchange(settings, limits, motors.names, self.unsolicited)
-        super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.bus, io)
-        self.group = io.group
+        super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.host, io)
         self._requests = Cia402Requests(io, config)
         self._choose()
 
@@ -189,41 +185,44 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def _choose(self) -> None:
         """Stream cyclic targets if the drives and the arm file allow it, else send bursts."""
-        queued = SEGMENTS_AHEAD if self.group.is_cyclic else 0
+        queued = SEGMENTS_AHEAD if self._exchange.is_cyclic else 0
         self.abilities = replace(self.abilities, queued_segments=queued)
+
+    @property
+    def drives(self) -> tuple[Cia402Drive, ...]:
+        """The drives, in the order of the motors."""
+        return self._exchange.drives
 
     def unsolicited(self, event: HostEvent) -> None:
         """Record an event; between requests, report what is wrong."""
-        self.group.note(event)
-        drive = self.group.by_node.get(getattr(event, "node", 0))
-        if drive is None or self.busy:
+        io = self._exchange
+        io.note(event)
+        if self.busy:
             return
-        if isinstance(event, Emergency) and self.group.contacted:  # read its new state
-            self._exchange.sync()
-        self.group.report(drive)
+        if isinstance(event, Emergency) and io.contacted:
+            io.sync()  # to read the drive's new state
+        io.report_troubles()
 
     def give_up(self) -> None:
         """Give up all transfers."""
-        self._exchange.transfers.give_up()
+        self._exchange.give_up(self.drives)
+        self._exchange.host.silence()
 
     # -- what the engine calls ----------------------------------------------------------------
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the bus; all events are recorded before a script continues."""
-        self.io.listened.pass_to(now_s)
-        self.io.now_s = now_s
-        self._exchange.bus.receive_data(data)
-        while (event := self._exchange.bus.next_event()) is not None:
+        io = self._exchange
+        io.listened.pass_to(now_s)
+        io.now_s = now_s
+        io.host.receive_data(data)
+        while (event := io.host.next_event()) is not None:
             self.unsolicited(event)
-        self.io.write(self._exchange.bus.owed())
+        io.write(io.host.owed())
         self._loop.step(None)
 
     def advance(self, now_s: float) -> bytes:
         """Do what is due, and send the heartbeat in any case."""
-        self.io.listened.pass_to(now_s)
-        self.io.now_s = now_s
-        if self.group.on and self.group.contacted and not self.busy:
-            self._exchange.watch_heartbeats()
         frames = super().advance(now_s)
         beat = self._exchange.beats.beat(now_s)
         self.io.listened.expect(self.next_s())
@@ -244,7 +243,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def shutdown_frames(self) -> bytes:
         """Return frames that end the heartbeat watch: the drives then hold without an alarm."""
-        return b"" if self.busy else self._requests.contact.shutdown_frames()
+        return b"" if self.busy else shutdown_frames(self._exchange)
 
     # -- numbers ------------------------------------------------------------------------------
 
@@ -275,13 +274,13 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         ramp_s = self.limits.quick_stop_s(rate_hz)
         begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
         silent_s, confirm_cycles = self._unwatched_s, CONFIRM_CYCLES
-        if self.abilities.queued_segments:  # a pause ends with the last segment
+        if self.abilities.queued_segments:  # a pause slows down along the path
             smooth_s = self.settings.smoothing_ms / 1000.0
             eases_s = self.limits.ramp_s(rate_hz)
-            silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
+            silent_s = max(silent_s, begun_s + smooth_s + eases_s - ramp_s)
         else:
             ends_s = burst_s + HOST_DELAY_S
-            silent_s = min(silent_s, ends_s) if self.group.watches else ends_s
+            silent_s = min(silent_s, ends_s) if self._exchange.watches else ends_s
             confirm_cycles += SET_POINT_CYCLES
         return Stopping(
             begun_s + ramp_s,
@@ -291,13 +290,13 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             begun_s
             + ramp_s
             + confirm_cycles * self.limits.cycle_s
-            + self.limits.ramp_end_s(self.settings.bounds.tremble),
+            + self.limits.ramp_end_s(self.drives[0].tremble),
         )
 
     def search(self, request: HomeDevice) -> Search:
         """Bound the drives' own homing: by their heartbeat watch, else by their searches."""
         found = self._requests.homing.estimate(request.groups)
-        if not self.group.watches:
+        if not self._exchange.watches:
             return Search(found.longest.s, lasts=found.lasts)
         ramp_s, silent_s = self.limits.quick_stop_s(found.rate_hz), self._unwatched_s
         most_steps = (silent_s + ramp_s / 2.0) * found.rate_hz
@@ -307,15 +306,16 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         """Bound each drive's deviation from the straight path, due to rounding in bursts."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)
-        units = (max(drive.speed_unit_hz, 1.0) for drive in self.group.drives)
+        units = (max(drive.speed_unit_hz, 1.0) for drive in self.drives)
         return tuple(
             ROUNDING * unit if count else 0.0 for count, unit in zip(steps, units, strict=True)
         )
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Return the registers; a drive near where it was left is taken to be there."""
-        return unwrapped(
-            [drive.shaft for drive in self.group.drives], registers, near, self.io.now_s
+        return Motors(
+            drive.found_near(there) if count == drive.goal else count
+            for drive, count, there in zip(self.drives, registers, near, strict=True)
         )
 
 

@@ -6,28 +6,26 @@ A drive that has found it counts from its home offset there by itself. Nothing h
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from armdrive.dialects.bus.observer import ObservedDrive
 from armdrive.dialects.bus.phases import (
     Groups,
     HomingEstimate,
     HomingSearch,
     HomingStatus,
-    Phase,
-    Signal,
     home_in_groups,
     homing_estimate,
 )
 from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
-from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
+from armdrive.dialects.cia402.motion import Outcome, lead, prepare
 from armdrive.dialects.cia402.objects import homing_words
+from armdrive.dialects.cia402.states import hold
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol import canopen
-from firmware_protocol.canopen import OperationMode
+from firmware_protocol.canopen import OperationMode, Write
 
 GO = canopen.Controlword.of(canopen.Command.ENABLE_OPERATION, canopen.ControlBit.NEW_SET_POINT)
 # A drive may report how an earlier search ended for this many cycles of the next one; after that
@@ -100,24 +98,23 @@ class Cia402Homing:
 
     def home(self, groups: Groups) -> Script[Reply]:
         """Home group after group."""
-        yield from prepare(self._io, self._io.group.resting_mode)
+        yield from prepare(self._io, self._io.resting_mode)
         return (yield from home_in_groups(groups, self._io.drives, self._home_group))
 
     def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
         io = self._io
-        yield from io.transfers.carry_out({drive.node: self._jobs(drive) for drive in group})
+        yield from io.put({drive: self._writes(drive) for drive in group})
         yield from self.read_speeds(group)
-        yield from io.states.take_mode(group, OperationMode.HOMING)
+        yield from hold(io, OperationMode.HOMING, group)
         io.last_command = "HOME"
-        ranges = {drive.shaft: self._range(drive) for drive in group}
-        times = {drive.shaft: self._time(drive) for drive in group}
+        ranges = {drive: self._range(drive) for drive in group}
+        times = {drive: self._time(drive) for drive in group}
         search = HomingSearch(ranges, 1.0, io.listened, times)
-        run = MotionRun(io, None)
-        reply = yield from run.carry_out(Phase.HOMING, Searching(run, search, group))
+        reply = yield from lead(io, None, *_searching(io, search, group))
         if isinstance(reply, Done):
             for drive in group:
-                drive.rest()
-            yield from io.states.take_mode(group, io.group.resting_mode)
+                drive.order(drive.count)
+            yield from hold(io, io.resting_mode, group)
         if isinstance(reply, RequestRejected) and not reply.silent:
             return replace(reply, reason=f"{reply.reason}{self._searched(group)}")
         return reply
@@ -131,68 +128,59 @@ class Cia402Homing:
             if method is not None
         )
 
-    def _jobs(self, drive: Cia402Drive) -> tuple[canopen.Write, ...]:
+    def _writes(self, drive: Cia402Drive) -> tuple[Write, ...]:
         """Return the objects that define a drive's search, as far as the arm file states them."""
-        methods, jobs = self._io.settings.homing_methods, []
-        if methods:
-            method = methods[drive.motor]
-            jobs.append(canopen.Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
+        settings, writes = self._io.settings, []
+        if settings.homing_methods:
+            method = settings.homing_methods[drive.motor]
+            writes.append(Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
         places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        for place, speed in zip(places, self._io.settings.homing_speeds, strict=True):
+        for place, speed in zip(places, settings.homing_speeds, strict=True):
             if speed:
-                jobs.append(canopen.Write(place, canopen.DataType.U32, drive.speed(speed)))
-        return tuple(jobs)
+                writes.append(Write(place, canopen.DataType.U32, drive.speed(speed)))
+        return tuple(writes)
 
     def read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
         """Learn how fast drives will home, from those that report it and whose units are known."""
         known = [drive for drive in group if drive.speed_unit_hz]
-        found = yield from self._io.transfers.obtain({each.node: HOMING_OBJECTS for each in known})
-        for drive in known:
-            written = {each.place: each.value for each in self._jobs(drive)}
-            self._values[drive] = {**found[drive.node].values, **written}
+        for result in (yield from self._io.obtain(dict.fromkeys(known, HOMING_OBJECTS))):
+            written = {each.place: each.value for each in self._writes(result.drive)}
+            self._values[result.drive] = {**result.values, **written}
 
 
-class Searching(CycleStage):
-    """The homing stage: the drives of a group search for their switches."""
+def _searching(
+    io: Cia402Exchange, search: HomingSearch[Cia402Drive], group: Sequence[Cia402Drive]
+) -> tuple[Callable[[], None], Callable[[], Outcome | None]]:
+    """Return what sends the drives of a group to their switches, and what tells the end."""
+    cycles = 0
+    stale = {
+        drive
+        for drive in group
+        if drive.word is None or _shown(drive.word) is not HomingStatus.SEARCHING
+    }
 
-    def __init__(
-        self, run: MotionRun, search: HomingSearch[ObservedDrive], group: Sequence[Cia402Drive]
-    ) -> None:
-        super().__init__(run)
-        self._search, self._group, self._cycles = search, group, 0
-        self._stale = {
-            drive
-            for drive in group
-            if drive.word is None or _shown(drive.word) is not HomingStatus.SEARCHING
-        }
-        """The drives that have reported how an earlier search ended ever since this one began."""
+    def send() -> None:
+        nonlocal cycles
+        cycles += 1
+        for drive in group:
+            io.command(drive, GO, OperationMode.HOMING, drive.count)
 
-    def send(self) -> float:
-        """Let the drives of the group search; the others stay in their resting mode."""
-        for drive in self._group:
-            self.io.command(drive, GO, OperationMode.HOMING, drive.shaft.count)
-        self._cycles += 1
-        return self.run.cycle_ends_s
-
-    def judge(self) -> Signal | None:
-        """Return whether all drives are home."""
-        search = self._search
-        for drive in self._group:
-            reported = drive.has_just_reported and drive.shaft in search.left
-            if reported and drive.word is not None:
-                search.note(drive.shaft, self._status(drive, drive.word))
-        signal = search.signal()
+    def ended() -> Outcome | None:
+        for drive in list(search.left):
+            if drive.missed or drive.word is None:
+                continue
+            status = _shown(drive.word)
+            if status is HomingStatus.SEARCHING:
+                stale.discard(drive)
+            elif cycles == 1 or (drive in stale and cycles <= STALE_CYCLES):
+                status = HomingStatus.SEARCHING  # it may still report how an earlier search ended
+            search.note(drive, status)
+        ended = search.signal()
         if search.wrong:
-            self.run.reason = RequestRejected(search.wrong)
-        return signal
+            return RequestRejected(search.wrong)
+        return Done() if ended else None
 
-    def _status(self, drive: Cia402Drive, word: canopen.Statusword) -> HomingStatus:
-        """Return how a search goes; a result counts once the drive has cleared the old one."""
-        status = _shown(word)
-        if status is HomingStatus.SEARCHING:
-            self._stale.discard(drive)
-        fresh = drive not in self._stale or self._cycles > STALE_CYCLES
-        return status if self._cycles > 1 and fresh else HomingStatus.SEARCHING
+    return send, ended
 
 
 def _shown(word: canopen.Statusword) -> HomingStatus:

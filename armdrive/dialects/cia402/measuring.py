@@ -19,15 +19,12 @@ from dataclasses import dataclass
 from statistics import linear_regression
 from typing import TypeAlias
 
-from armdrive.dialects.bus.observer import PROMPT_REPLY_S
-from armdrive.dialects.bus.phases import Phase, Signal
 from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
-from armdrive.dialects.cia402.leading import CycleStage, MotionRun, prepare
-from armdrive.dialects.cia402.motion import BurstPart, write_parts
+from armdrive.dialects.cia402.motion import BurstPart, drive_parts, prepare
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
-from firmware_protocol import canopen
+from firmware_protocol.canopen import OperationMode
 
 # The next number is this many times as great, if the motor turned too slowly.
 GROWTH = 4
@@ -46,8 +43,8 @@ CRUISE, RISE = (0.2, 0.8), (0.06, 0.45)
 SLOWEST_HZ = CRUISE[1] * FIRST_INCREMENTS / TRY_S
 # A slope needs at least this many readings: with two, a late one would count as a speed.
 LEAST_READINGS = 4
-# A motor at its goal that has not turned for this long stands: the next turn begins from rest.
-REST_S = 0.05
+# A position that comes this long after its SYNC was late.
+PROMPT_S = 0.03
 # A measured unit this close to a usual one is taken for that.
 NEAR = 0.05
 DECIMALS = (1.0, 0.1, 0.01, 0.001)
@@ -81,15 +78,16 @@ class Quantity:
     number makes the motor turn fast enough, `untimed` if it is too fast even with the number 1.
     """
 
-    part: Callable[[int, int], BurstPart]
-    """Takes the goal and the number."""
+    away: Callable[[int, int], BurstPart]
+    """The turn to a goal with a number of the unit."""
+    back: Callable[[int, int], BurstPart]
     shares: tuple[float, float]
     value: Callable[[Sequence[Reading]], float]
     unreached: str
     untimed: str
 
 
-def _ramp(readings: Sequence[Reading]) -> float:
+def _acceleration(readings: Sequence[Reading]) -> float:
     """Return the ramp of a motor that left its start at rest, whenever that was.
 
     s = a / 2 * t^2, so the root of the distance grows evenly.
@@ -102,15 +100,9 @@ def measure_units(io: Cia402Exchange, drive: Cia402Drive, steps: int) -> Script[
 
     The other drives hold meanwhile.
     """
-    yield from prepare(io, io.group.resting_mode)
-    yield from io.states.take_mode((drive,), canopen.OperationMode.PROFILE_POSITION)
-    try:
-        speed = yield from _speed_hz(io, drive, steps)
-        ramp = yield from _ramp_hz_s(io, drive, steps, speed)
-    except Obstructed:
-        yield from _hold(io, drive)
-        raise
-    yield from _hold(io, drive)
+    yield from prepare(io, OperationMode.PROFILE_POSITION)
+    speed = yield from _unit(io, drive, _speed(drive), steps)
+    ramp = yield from _unit(io, drive, _ramp(drive, speed), steps)
     (speed_hz, named), (ramp_hz, ramp_named) = (
         named_unit(each, drive.turn) for each in (speed, ramp)
     )
@@ -124,17 +116,10 @@ def measure_units(io: Cia402Exchange, drive: Cia402Drive, steps: int) -> Script[
     )
 
 
-def _hold(io: Cia402Exchange, drive: Cia402Drive) -> Script[None]:
-    """Make a drive hold where it is, like the others."""
-    drive.rest()
-    yield from io.states.take_mode((drive,), io.group.resting_mode)
-    yield from io.states.hold_here((drive,))
-
-
-def _speed_hz(io: Cia402Exchange, drive: Cia402Drive, steps: int) -> Script[float]:
-    """Return the unit of speed in increments/s."""
-    speed = Quantity(
+def _speed(drive: Cia402Drive) -> Quantity:
+    return Quantity(
         lambda goal, number: BurstPart(goal, number, STEEP_RAMP),
+        lambda start, number: BurstPart(start, number, STEEP_RAMP),
         CRUISE,
         _slope,
         f"{drive} does not turn whatever speed it gets: look at its supply, its current and "
@@ -142,35 +127,32 @@ def _speed_hz(io: Cia402Exchange, drive: Cia402Drive, steps: int) -> Script[floa
         f"{drive} turns too fast to be timed with the number 1 in object 6081: write "
         "cia402.speed_units as its manual says",
     )
-    return (yield from _unit(io, drive, speed, steps))
 
 
-def _ramp_hz_s(
-    io: Cia402Exchange, drive: Cia402Drive, steps: int, speed_hz: float
-) -> Script[float]:
-    """Return the unit of ramps in increments/s², for a drive with this unit of speed."""
+def _ramp(drive: Cia402Drive, speed_hz: float) -> Quantity:
+    """Return the ramp of a drive with this unit of speed."""
     fast, slow = (max(round(hz / speed_hz), 1) for hz in (FAST_HZ, SLOWEST_HZ))
     failed = (
         f"{drive} does not gain speed as a ramp of increments/s² does: if its manual states "
         "ramps (6083, 6085) as times, it cannot be driven; else write cia402.ramp_units as it "
         "says"
     )
-    ramp = Quantity(lambda goal, number: BurstPart(goal, fast, number), RISE, _ramp, failed, failed)
-    return (yield from _unit(io, drive, ramp, steps, slow))
+    return Quantity(
+        lambda goal, number: BurstPart(goal, fast, number),
+        lambda start, _number: BurstPart(start, slow, STEEP_RAMP),
+        RISE,
+        _acceleration,
+        failed,
+        failed,
+    )
 
 
-def _unit(
-    io: Cia402Exchange, drive: Cia402Drive, quantity: Quantity, steps: int, back: int = 0
-) -> Script[float]:
-    """Return a unit, by turns with greater and greater numbers of it.
-
-    The motor turns back with the number `back` as its speed, by default with that of the way.
-    """
-    start, number, distance = drive.shaft.count, 1, min(FIRST_INCREMENTS, steps)
+def _unit(io: Cia402Exchange, drive: Cia402Drive, quantity: Quantity, steps: int) -> Script[float]:
+    """Return a unit, by turns with greater and greater numbers of it."""
+    start, number, distance = drive.count, 1, min(FIRST_INCREMENTS, steps)
     while True:
-        away = quantity.part(start + distance, number)
-        home = BurstPart(start, back or number, STEEP_RAMP)
-        readings = yield from _prompt_turn(io, drive, away, home)
+        away, back = quantity.away(start + distance, number), quantity.back(start, number)
+        readings = yield from _prompt_turn(io, drive, away, back)
         low, high = (share * distance for share in quantity.shares)
         timed = [each for each in readings if low <= each[1] <= high]
         if readings[-1][1] < high:  # its time was over before
@@ -194,10 +176,11 @@ def _prompt_turn(
     """
     distance = away.goal - home.goal
     for _ in range(TRIES):
-        turn = yield from _turn(io, drive, away, TRY_S * max(distance / FIRST_INCREMENTS, 1.0))
+        away_s = TRY_S * max(distance / FIRST_INCREMENTS, 1.0)
+        readings, prompt = yield from _turn(io, drive, away, away_s)
         yield from _turn(io, drive, home, TRY_S + 2.0 * distance / SLOWEST_HZ)
-        if not turn.late:
-            return turn.readings
+        if prompt:
+            return readings
     raise Obstructed(
         RequestRejected(
             f"the answers of {drive} come too late to time its motor, or get lost: close other "
@@ -206,46 +189,24 @@ def _prompt_turn(
     )
 
 
-def _turn(io: Cia402Exchange, drive: Cia402Drive, part: BurstPart, for_s: float) -> Script[Turn]:
-    """Turn a motor to a goal, for at most a time.
+def _turn(
+    io: Cia402Exchange, drive: Cia402Drive, part: BurstPart, for_s: float
+) -> Script[tuple[list[Reading], bool]]:
+    """Turn a motor to a goal, for at most a time; return where it was, and whether none was late.
 
     Raises `Obstructed` if something stops it.
     """
-    yield from write_parts(io, {drive: part})
-    yield from io.states.offer({drive: part.goal})
-    run = MotionRun(io, None)
-    turn = Turn(run, drive, for_s)
-    reply = yield from run.carry_out(Phase.HOMING, turn)
+    start, ends_s, readings, prompt = drive.count, io.listened.s + for_s, [(0.0, 0)], True
+
+    def watch() -> Done | None:
+        nonlocal prompt
+        synced_s = io.now_s - io.synced_s
+        prompt = prompt and drive.missed <= 1 and synced_s <= io.limits.cycle_s + PROMPT_S
+        if drive.missed == 0:
+            readings.append((io.synced_s, drive.count - start))
+        return Done() if io.listened.s > ends_s else None
+
+    reply = yield from drive_parts(io, {drive: part}, watch=watch, mode=None)
     if not isinstance(reply, Done):
         raise Obstructed(reply)
-    return turn
-
-
-class Turn(CycleStage):
-    """The stage of one turn of a motor: reads where it is in each cycle."""
-
-    def __init__(self, run: MotionRun, drive: Cia402Drive, for_s: float) -> None:
-        super().__init__(run)
-        self._drive, self._begin, self._goal = drive, drive.shaft.count, drive.set_point
-        self._until_s = run.io.listened.s + for_s
-        self.readings: list[Reading] = []
-        self.late = False
-        """Whether a reading was of some moment long before it came."""
-
-    def send(self) -> float:
-        """Send the drive its set-point."""
-        self.io.send_point(self._drive)
-        return self.run.cycle_ends_s
-
-    def judge(self) -> Signal | None:
-        """Return whether the motor stands at its goal, or its time is over."""
-        drive, shaft = self._drive, self._drive.shaft
-        sampled_s = shaft.asked_s  # at the SYNC
-        if not self.readings or sampled_s > self.readings[-1][0]:
-            self.readings.append((sampled_s, drive.shaft.count - self._begin))
-            self.late |= shaft.read_s > sampled_s + PROMPT_REPLY_S
-        near = abs(drive.shaft.count - self._goal) <= shaft.bounds.tremble
-        # it may never have left its goal; but it takes its next set-point only after this one
-        taken = drive.handshake.taken
-        there = near and taken and drive.stands(self.run.began_s, REST_S)
-        return Signal.ARRIVED if there or self.io.listened.s > self._until_s else None
+    return readings[1:], prompt

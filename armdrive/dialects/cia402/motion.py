@@ -1,198 +1,287 @@
-"""Move CiA 402 drives: cyclic targets along a path, or bursts by profile position.
+"""Motions of all drives, cycle by cycle: cyclic targets along a path, bursts by profile position.
 
-In cyclic position mode each drive gets a target with every SYNC. In profile position mode each gets
-one set-point and follows a ramp of its own.
+One rule covers whatever happens in a motion that should not: all drives stop, hold where they
+stand, and the reply says which drive was in trouble, and what to do.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
+from armdrive.dialects.bus.drives import midway
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
-from armdrive.dialects.bus.phases import Phase, Signal
-from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, off_target_alert
-from armdrive.dialects.cia402.exchange import ENABLE, Cia402Exchange, Script
-from armdrive.dialects.cia402.leading import (
-    REST_CYCLES,
-    SETTLE_S,
-    CycleStage,
-    MotionRun,
-    prepare,
-)
+from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, Trouble
+from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange, Script
 from armdrive.dialects.cia402.settings import TOP_HZ
+from armdrive.dialects.cia402.states import ENABLE, hold, stands_for_s, stop
+from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
-from armdrive.tasks import Alert, AlertKind, Done, Halted, MoveAlong, Reply, RequestRejected
+from armdrive.tasks import Done, Halted, MoveAlong, Reply, RequestRejected, Timeout, never
 from firmware_protocol import canopen
-from firmware_protocol.canopen import OperationMode
+from firmware_protocol.canopen import DriveState, OperationMode, SetPointPhase
 from kinematics.spaces import Motors
 
-# A paused motion keeps at least this share of its speed, or it would never reach the end of its
-# last segment.
-MIN_RATE = 0.1
+CYCLIC, PROFILE = OperationMode.CYCLIC_POSITION, OperationMode.PROFILE_POSITION
+
+# A drive that stands off its target for this long is blocked. A position loop needs less to settle.
+SETTLE_S = 0.6
+# A motion has arrived when this many positions in a row were at the targets: every one of them
+# follows a repetition of the last target, so that no lost frame passes for an arrival.
+REST_CYCLES = 5
+# How often positions are reported: twenty times a second, as a screen shows them.
+PROGRESS_S = 0.05
+
+
+class Blamed(NamedTuple):
+    """A drive, and what is wrong with it."""
+
+    trouble: Trouble
+    drive: Cia402Drive
+
+
+# How a motion ended: as it should, stopped, with a drive in trouble, or with missing drives.
+Outcome: TypeAlias = Done | Halted | Blamed | RequestRejected | Timeout
+
+
+def prepare(io: Cia402Exchange, mode: OperationMode) -> Script[None]:
+    """Prepare a motion in a mode. Raises `Obstructed` if it cannot begin."""
+    if not io.on:
+        raise Obstructed(MOTORS_OFF)
+    if any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives):
+        yield from io.look()
+    for drive in io.drives:
+        if (trouble := drive.trouble(on=True, moving=False)) is not None:
+            io.report_troubles()
+            raise Obstructed(trouble.alert(drive).text)
+    yield from hold(io, mode)
+
+
+def lead(
+    io: Cia402Exchange,
+    mode: OperationMode | None,
+    send: Callable[[], None],
+    ended: Callable[[], Outcome | None],
+    released: Callable[[], bool] = never,
+) -> Script[Reply]:
+    """Lead all drives through a motion: `send` the commands of each cycle, until it has `ended`.
+
+    `mode` is the mode of all drives; None if they are in several. A jog that is `released` while a
+    drive stands off its target is stopped, or the drive would jump there when it comes free.
+    """
+    for drive in io.drives:
+        drive.watch()
+    outcome = yield from _cycles(io, mode, send, ended, released)
+    if isinstance(outcome, Done):
+        io.progress()
+        return outcome
+    if not isinstance(outcome, Blamed):
+        unstopped = yield from _stand(io)
+        return _joined(outcome, unstopped)
+    trouble, drive = outcome
+    alert = trouble.alert(drive)
+    unstopped = yield from _stand(io)
+    if trouble in (Trouble.IN_FAULT, Trouble.STOPPED):  # its error explains that
+        yield from io.explain(drive)
+        alert = trouble.alert(drive)
+    io.alarm(alert, drive)
+    return _joined(RequestRejected(alert.text), unstopped)
+
+
+def _joined(reply: Reply, unstopped: Timeout | RequestRejected | None) -> Reply:
+    """Return why a motion ended, and why not all drives stand; if all are silent, only that."""
+    if not isinstance(reply, RequestRejected) or not isinstance(unstopped, RequestRejected):
+        return unstopped or reply
+    reasons = dict.fromkeys((reply.reason, unstopped.reason))
+    return RequestRejected(". And ".join(reasons), silent=reply.silent or unstopped.silent)
+
+
+def _cycles(
+    io: Cia402Exchange,
+    mode: OperationMode | None,
+    send: Callable[[], None],
+    ended: Callable[[], Outcome | None],
+    released: Callable[[], bool],
+) -> Script[Outcome]:
+    shown_s = io.now_s
+    while not io.stop_asked:
+        if io.may_have_stopped:
+            if released():
+                break
+            if (missing := (yield from io.check_states())) is not None:
+                return midway(missing)
+        else:
+            send()
+            yield from io.cycle()
+        if io.stop_asked:
+            break
+        for drive in io.drives:
+            if (trouble := drive.trouble(on=True, moving=True)) is not None:
+                return Blamed(trouble, drive)
+            if mode is not None and drive.mode != mode:
+                return Blamed(Trouble.OTHER_MODE, drive)
+            if mode is not None and drive.stuck_s >= SETTLE_S:
+                return Blamed(Trouble.OFF_TARGET, drive)
+        if released() and any(stands_short(io, drive) for drive in io.drives):
+            break
+        if (outcome := ended()) is not None:
+            return outcome
+        if io.now_s >= shown_s + PROGRESS_S:
+            shown_s = io.now_s
+            io.progress()
+    return Halted()
+
+
+def stands_short(io: Cia402Exchange, drive: Cia402Drive) -> bool:
+    """Return whether a drive stands off its target, or may do so because it is not heard."""
+    return drive.missed > LOST_CYCLES or drive.stuck_s >= stands_for_s(io)
+
+
+def _stand(io: Cia402Exchange) -> Script[Timeout | RequestRejected | None]:
+    """Stop all drives and hold those that stand; return which ones may not, or do not answer."""
+    left = yield from stop(io)
+    holding = (DriveState.ENABLED, DriveState.QUICK_STOP)
+    standing = [
+        drive
+        for drive in io.drives
+        # one that sends no reports would show no state on the way out of its quick stop
+        if drive not in left and drive.state in holding and drive.missed <= LOST_CYCLES
+    ]
+    unstopped: Timeout | RequestRejected | None = None
+    try:
+        if standing:
+            yield from hold(io, io.resting_mode, standing)
+    except Obstructed as obstructed:
+        unstopped = RequestRejected(str(obstructed))
+    for drive in io.drives:
+        drive.order(drive.count)
+    io.progress()
+    if not all(drive.operates for drive in io.drives):
+        io.contacted = False  # the next request sets them up again
+    mute = [drive for drive in left if drive.missed > LOST_CYCLES]
+    if mute:
+        return midway(io.absence(mute))
+    if left:
+        return RequestRejected(f"{left[0]} did not come to rest after a stop")
+    return unstopped
+
+
+# Cyclic targets.
 
 
 class CyclicTrip:
-    """One motion under way: the source of its segments, and its progress.
+    """One motion under way: the source of its segments, and its progress along the path.
 
-    Each cycle advances it by one period at most, however late the cycle is. When a jog is released,
-    it slows down to a stand on its path. When the arm is paused, it slows down towards the end of
-    its last segment. If it has already slowed down by then, or has to stand, it stops on the path
-    instead and stays there until the pause ends: the segment's end would come later than announced.
+    Each cycle advances it by one period at most, however late the cycle is. It slows down to a
+    stand on its path when a jog is released or the arm is paused, and goes on after a pause.
     """
 
-    def __init__(self, request: MoveAlong, path: PlannedPath, window_s: float) -> None:
-        self.path = path
-        self.window_s = window_s
-        """The averaging window of targets, which lag by half of it."""
-        self.time_s = 0.0
-        self._feed = SegmentFeed(path, request.segments)
-        self.eased = False
-        """Whether the jog was released."""
-        self._request = request
-        self.stays = False
-        """Whether the arm is paused and stands on the path until the pause ends."""
-        self.late_cycles = 0
-        """How many cycles came late, or slowed down for a silent drive."""
-        self._rate = 1.0
-        """The present share of the path's planned speed."""
-        self._full_s = 0.0
-        """How long slowing down from all of that speed takes."""
-        self._held = False
-        """Whether the arm was paused at the last cycle."""
+    def __init__(self, request: MoveAlong, start: Motors, window_s: float) -> None:
+        self._path = PlannedPath(start)
+        self._feed = SegmentFeed(self._path, request.segments)
+        self._request, self._window_s = request, window_s
+        self._time_s, self._rate, self._slope = 0.0, 1.0, 1.0
+        self._released = False
 
     @property
     def underruns(self) -> int:
-        """How often a cycle was late, or the path ended although more was to come."""
-        return self._feed.underruns + self.late_cycles
+        """How often the path ended although more was to come."""
+        return self._feed.underruns
+
+    @property
+    def complete(self) -> bool:
+        """Whether all of the path has been sent."""
+        return self._feed.exhausted and self._time_s >= self._path.end_s + self._window_s
 
     @property
     def over(self) -> bool:
         """Whether all targets have been sent."""
-        if self.eased and self._rate <= 0.0:
-            return True
-        return self._driven and (self._feed.exhausted or self._held or self.eased)
+        return self.complete or (self._released and self._rate <= 0.0)
 
-    @property
-    def complete(self) -> bool:
-        """Whether all of the path has been sent, except what a pause holds back."""
-        return self._driven and (self._feed.exhausted or (self._held and not self.eased))
-
-    @property
-    def _driven(self) -> bool:
-        return self.time_s >= self.path.end_s + self.window_s
-
-    def advance(self, period_s: float, ease_s: float, *, stand: bool) -> tuple[int, ...]:
+    def advance(self, period_s: float, ease_s: float, *, wait: bool) -> tuple[int, ...]:
         """Advance by a period; return the targets of the motors.
 
-        Slowing down from the present speed takes `ease_s`.
-
-        A trip that has to `stand` does not advance in this period, and halves its speed after it:
-        meanwhile a drive that missed targets catches up.
+        Slowing down from the present speed takes `ease_s`. A trip that has to `wait` does not
+        advance, and halves its speed: meanwhile a drive that missed targets catches up.
         """
-        if self._rate >= 1.0:  # once it slows down, its speed tells no more how long that takes
-            self._full_s = max(ease_s, period_s)
-        self.eased = self.eased or self._request.released()
-        held, self._held = self._held, self._request.held_back()
-        slowed = not held and self._rate < 1.0
-        self.stays = self._held and (self.stays or stand or slowed)
-        if not (self.eased or self._held):
-            dry = self.time_s > self.path.end_s > 0.0
-            self._feed.fetch(lambda: self._has_room(period_s), self.time_s, dry=dry)
-        self._rate = self._rate / 2.0 if stand else self._next_rate(period_s)
-        self.time_s += 0.0 if stand else self._rate * period_s
-        self.path.discard_before(self.time_s, self.window_s)
-        return tuple(map(round, self.path.averaged(self.time_s, self.window_s)))
+        self._released = self._released or self._request.released()
+        slows = self._released or self._request.held_back()
+        if self._rate >= 1.0:  # once it slows down, its speed no longer shows how long that takes
+            self._slope = 1.0 / max(ease_s, period_s)
+        if wait:
+            self._rate /= 2.0
+        elif slows:
+            self._rate = max(self._rate - self._slope * period_s, 0.0)
+        else:
+            self._rate = min(self._rate + self._slope * period_s, 1.0)
+        if not wait:
+            self._fetch(period_s)
+            self._time_s += self._rate * period_s
+        self._path.discard_before(self._time_s, self._window_s)
+        return tuple(map(round, self._path.averaged(self._time_s, self._window_s)))
 
-    def _next_rate(self, period_s: float) -> float:
-        """Return the rate of path time; during a pause it falls towards the path's end."""
-        change, left_s = period_s / self._full_s, self.path.end_s - self.time_s
-        if self.eased or self.stays:
-            return max(self._rate - change, 0.0)
-        # v^2 / (2 * slope) = left: the speed from which it stands just at the end of the segment
-        if self._held and left_s > period_s:
-            return max(min(self._rate, math.sqrt(2.0 * left_s / self._full_s)), MIN_RATE)
-        return min(self._rate + change, 1.0)
+    def halt(self) -> None:
+        """Go on from a stand: the drives have stood at their last targets."""
+        self._rate = 0.0
 
-    def _has_room(self, period_s: float) -> bool:
-        return self.path.end_s - self.time_s <= period_s
-
-
-# After a late cycle the next one takes at least this share of a period, so that the drives can
-# interpolate. The delay is caught up in four cycles.
-MIN_CYCLE_SHARE = 0.75
+    def _fetch(self, period_s: float) -> None:
+        """Draw segments at the last moment, and none for a jog that was released."""
+        if self._released or self._rate <= 0.0:
+            return
+        dry = self._time_s > self._path.end_s > 0.0
+        self._feed.fetch(lambda: self._path.end_s - self._time_s <= period_s, self._time_s, dry=dry)
 
 
 def stream(io: Cia402Exchange, request: MoveAlong) -> Script[Reply]:
     """Send targets along segments in each cycle, until the end or until something stops it."""
-    yield from prepare(io, OperationMode.CYCLIC_POSITION)
-    path = PlannedPath(Motors(drive.shaft.goal for drive in io.drives))
-    trip = CyclicTrip(request, path, io.settings.smoothing_ms / 1000.0)
-    run = MotionRun(io, OperationMode.CYCLIC_POSITION, lambda: trip.eased or request.released())
+    yield from prepare(io, CYCLIC)
+    cycle_s, start = io.limits.cycle_s, Motors(drive.goal for drive in io.drives)
+    trip = CyclicTrip(request, start, io.settings.smoothing_ms / 1000.0)
+    rate_hz, beyond, outages = 0.0, "", io.outages
+
+    def send() -> None:
+        nonlocal rate_hz, beyond, outages
+        # the sooner the targets stop, the shorter is a drive's jump to the next one
+        wait = any(stands_short(io, drive) for drive in io.drives)
+        if io.outages != outages:
+            outages = io.outages
+            trip.halt()
+        io.underruns += wait or io.is_late
+        targets = trip.advance(cycle_s, io.limits.ramp_s(rate_hz), wait=wait)
+        goals = dict(zip(io.drives, targets, strict=True))
+        if beyond := beyond_words(goals):
+            return
+        rate_hz = max(abs(goal - drive.goal) for drive, goal in goals.items()) / cycle_s
+        for drive, goal in goals.items():
+            drive.order(goal)
+            io.command(drive, ENABLE, CYCLIC, goal)
+        io.last_command = io.targets_words
+
+    def ended() -> Outcome | None:
+        if beyond:
+            return RequestRejected(f"{beyond}: home it near its zero")
+        if trip.over and all(drive.near >= REST_CYCLES for drive in io.drives):
+            return Done()
+        return None
+
     try:
-        reply = yield from run.carry_out(Phase.MOVING, CyclicTargets(run, trip), REST_CYCLES)
+        reply = yield from lead(io, CYCLIC, send, ended, request.released)
     finally:  # also if the request is abandoned
         io.underruns += trip.underruns
     return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
 
-class CyclicTargets(CycleStage):
-    """The moving stage: every drive gets a target in each cycle."""
-
-    def __init__(self, run: MotionRun, trip: CyclicTrip) -> None:
-        super().__init__(run)
-        self._trip = trip
-        self._hz = 0.0
-        """The present speed of the busiest motor."""
-
-    def send(self) -> float:
-        """Send every drive its next target; stand while one of them misses its own."""
-        io, run, cycle_s, now_s = self.io, self.run, self.io.cycle_s, self.io.now_s
-        # the sooner the targets stop, the shorter a drive's jump to the next one
-        stands = any(map(run.stands_short, io.drives))
-        self._trip.late_cycles += stands or now_s > run.due_s + cycle_s
-        targets = self._trip.advance(cycle_s, io.limits.ramp_s(self._hz), stand=stands)
-        if words := beyond_words(zip(io.drives, targets, strict=True)):
-            run.reason = RequestRejected(f"{words}: home it near its zero")
-            return now_s
-        steps = (
-            abs(target - drive.shaft.goal) for target, drive in zip(targets, io.drives, strict=True)
-        )
-        self._hz = max(steps) / cycle_s
-        for drive, target in zip(io.drives, targets, strict=True):
-            drive.order(target, io.limits.fastest_hz, math.inf, now_s)
-            # else a drive might run on
-            io.command(drive, ENABLE, OperationMode.CYCLIC_POSITION, target)
-        io.last_command = io.group.targets
-        return max(run.due_s + cycle_s, now_s + MIN_CYCLE_SHARE * cycle_s)
-
-    def judge(self) -> Signal | None:
-        """Return whether all targets have been sent."""
-        if self.run.reason is not None:
-            return Signal.OUT_OF_RANGE
-        return self._blocked() or (Signal.ALL_SENT if self._trip.over else None)
-
-    def _blocked(self) -> Signal | None:
-        """Return TROUBLE if a drive stands short of its target for longer than it may settle.
-
-        Its shaft is blocked, and would spring to the target when it comes free. One that has turned
-        meanwhile is not: on a slow bus, each reading is of the time before the last target. What
-        counts is the time between two readings, which passes for a drive however late they come.
-        """
-        for drive in self.io.drives:
-            since_s = max(drive.off_s, drive.shaft.still_s)
-            if drive.shaft.asked_s > since_s + SETTLE_S:
-                return self.run.blame(off_target_alert(drive))
-        return None
-
-
-def beyond_words(targets: Iterable[tuple[Cia402Drive, int]]) -> str:
+def beyond_words(goals: Mapping[Cia402Drive, int]) -> str:
     """Return which target is out of range; empty if none is."""
-    for drive, target in targets:
-        if abs(target) > TARGET_MAX:
-            return f"{drive} would turn to {target} increments, beyond what can be commanded"
+    for drive, goal in goals.items():
+        if abs(goal) > TARGET_MAX:
+            return f"{drive} would turn to {goal} increments, beyond what can be commanded"
     return ""
+
+
+# Bursts by profile position.
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,86 +294,74 @@ class BurstPart:
 
     @property
     def writes(self) -> tuple[canopen.Write, ...]:
-        """The objects that the drive needs before its set-point."""
-        unsigned = canopen.DataType.U32
-        return (
-            canopen.Write(canopen.PROFILE_SPEED, unsigned, self.speed),
-            canopen.Write(canopen.PROFILE_ACCELERATION, unsigned, self.slope),
-            canopen.Write(canopen.PROFILE_DECELERATION, unsigned, self.slope),
+        """The objects that the drive needs before its target.
+
+        By their EDS files, Technosoft's iPOS has no 6084 and brakes as it accelerates, and
+        Trinamic's TMCM-1617 has a constant: that one comes last, and may be refused.
+        """
+        places = (
+            (canopen.PROFILE_SPEED, self.speed),
+            (canopen.PROFILE_ACCELERATION, self.slope),
+            (canopen.PROFILE_DECELERATION, self.slope),
         )
-
-
-def write_parts(io: Cia402Exchange, parts: Mapping[Cia402Drive, BurstPart]) -> Script[None]:
-    """Write drives their speeds and ramps."""
-    # by their EDS files, Technosoft's iPOS has no 6084 and brakes as it accelerates, and
-    # Trinamic's TMCM-1617 has a constant
-    jobs = {drive.node: part.writes for drive, part in parts.items()}
-    yield from io.transfers.carry_out(jobs, optional=(canopen.PROFILE_DECELERATION,))
+        return tuple(canopen.Write(place, canopen.DataType.U32, value) for place, value in places)
 
 
 def burst(
     io: Cia402Exchange, steps: Motors, rate_hz: float, released: Callable[[], bool]
 ) -> Script[Reply]:
-    """Send a burst and wait for its end: one set-point for each drive, all started by one SYNC.
+    """Send a burst and wait for its end: one target for each drive, all started by one SYNC.
 
     Each drive's speed and ramp are in proportion to its distance, so that all stay in step and
     arrive together.
     """
-    yield from prepare(io, OperationMode.PROFILE_POSITION)
+    yield from prepare(io, PROFILE)
     parts = {}
     for drive, count in zip(io.drives, steps, strict=True):
         if count:
             share = abs(count) / steps.largest
             speed = drive.speed(share * min(rate_hz, TOP_HZ))
             slope = drive.ramp(share * io.limits.ramp_hz_s)
-            parts[drive] = BurstPart(drive.shaft.goal + count, speed, slope)
+            parts[drive] = BurstPart(drive.goal + count, speed, slope)
+    if words := beyond_words({drive: part.goal for drive, part in parts.items()}):
+        raise Obstructed(words)
     if not parts:
         return Done()
-    goals = {drive: part.goal for drive, part in parts.items()}
-    if words := beyond_words(goals.items()):
-        raise Obstructed(words)
-    yield from write_parts(io, parts)
+    longest_s = 2.0 * io.limits.lasts_s(steps.largest, rate_hz) + SETTLE_S
+    return (yield from drive_parts(io, parts, longest_s, released))
+
+
+def drive_parts(
+    io: Cia402Exchange,
+    parts: Mapping[Cia402Drive, BurstPart],
+    longest_s: float = math.inf,
+    released: Callable[[], bool] = never,
+    watch: Callable[[], Outcome | None] = lambda: None,
+    mode: OperationMode | None = PROFILE,
+) -> Script[Reply]:
+    """Drive some motors to their goals by profile position, unless `watch` ends that sooner."""
+    for result in (yield from io.obtain({drive: part.writes for drive, part in parts.items()})):
+        for place, words in result.refused.items():
+            if place != canopen.PROFILE_DECELERATION or place not in result.lacking:
+                raise Obstructed(words)
     if io.stop_asked or released():
         return Halted()
-    yield from io.states.offer(goals)
-    if io.stop_asked:  # the last chance: the next SYNC starts them
-        return Halted()
     for drive, part in parts.items():
-        speed_hz, slope_hz_s = part.speed * drive.speed_unit_hz, part.slope * drive.ramp_unit_hz_s
-        drive.order(part.goal, speed_hz, slope_hz_s, io.now_s)
-    run = MotionRun(io, OperationMode.PROFILE_POSITION, released)
-    lasts_s = io.limits.lasts_s(steps.largest, rate_hz)
-    return (yield from run.carry_out(Phase.MOVING, Burst(run, list(parts), lasts_s)))
+        drive.offer(part.goal)
+    ends_s = io.listened.s + longest_s
 
+    def send() -> None:
+        begun = any(drive.handshake.taken for drive in parts)
+        ready = all(drive.handshake.phase is not SetPointPhase.WAITING for drive in parts)
+        for drive in io.drives:
+            word = drive.handshake.controlword if drive in parts and (ready or begun) else ENABLE
+            io.command(drive, word, PROFILE, drive.goal)
+        io.last_command = io.targets_words
 
-class Burst(CycleStage):
-    """The moving stage: drives are on the way to their set-points, for about `lasts_s`."""
+    def ended() -> Outcome | None:
+        left = [drive for drive in parts if drive.near < REST_CYCLES or not drive.handshake.taken]
+        if not left:
+            return Done()
+        return Blamed(Trouble.OFF_TARGET, left[0]) if io.listened.s > ends_s else watch()
 
-    def __init__(self, run: MotionRun, drives: Sequence[Cia402Drive], lasts_s: float) -> None:
-        super().__init__(run)
-        self._drives = drives
-        self._given_up_s = self.io.listened.s + 2.0 * lasts_s + SETTLE_S
-
-    def send(self) -> float:
-        """Send the drives their set-points."""
-        for drive in self.io.drives:
-            if drive in self._drives:
-                self.io.send_point(drive)
-            else:
-                goal = drive.shaft.goal
-                self.io.command(drive, ENABLE, OperationMode.PROFILE_POSITION, goal)
-        self.io.last_command = self.io.group.targets
-        return self.run.cycle_ends_s
-
-    def judge(self) -> Signal | None:
-        """Return whether all drives report that they have reached their set-points."""
-        under_way = [drive for drive in self._drives if not drive.handshake.over]
-        if not under_way:
-            return Signal.ALL_SENT
-        if self.io.listened.s <= self._given_up_s:
-            return None
-        for drive in under_way:
-            if not drive.shaft.is_near:
-                return self.run.blame(off_target_alert(drive))
-        words = f"{under_way[0]} does not report that it has reached its target"
-        return self.run.blame(Alert(AlertKind.OFF_PATH, words))
+    return (yield from lead(io, mode, send, ended, released))

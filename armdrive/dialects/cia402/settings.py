@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 from armdrive.dialects.bus.drives import BusMotors, check_feeding, check_ids
-from armdrive.dialects.bus.intervals import MAX_DELAY_S, Bounds
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import check_settings, setting
 from armdrive.transports.can_health import BUSY_LOAD, frame_bits
@@ -117,12 +116,6 @@ class Cia402Settings:
         It may have heard the last one a period before that report.
         """
         return self.heartbeat_wait_s - self.heartbeat_period_ms / 1000.0
-
-    @property
-    def bounds(self) -> Bounds:
-        """How far from its orders a healthy drive may be; beyond that it faults by itself."""
-        window, late_s = self.following_window, MAX_DELAY_S + self.following_ms / 1000.0
-        return Bounds(self.position_window, window, window, late_s=late_s)
 
     @property
     def frame_ids(self) -> tuple[int, ...]:

@@ -32,7 +32,6 @@ TREMBLE = (-1, 0, 1, 2)
 """Increments."""
 NAMED_S = 5.0
 """A blocked drive is named within this time, however late everything is; in time it takes 0.7 s."""
-TOO_SLOW = "the bus is too slow for this arm: answers take more than 0.1 s"
 MISSED_BEAT = "has stopped by itself, and holds: a heartbeat or life guard is missing"
 
 
@@ -141,7 +140,7 @@ def test_a_motion_that_gets_no_cycle_in_time_goes_on_or_ends_and_blames_no_drive
     rig.run(0.4)
     rig.busy = True
     reply = rig.finish()
-    assert reply == Done() or ("program" in late and "wire" in late and TOO_SLOW in str(reply))
+    assert reply == Done()
     assert not rig.alerts()
 
 
@@ -155,27 +154,11 @@ def test_a_blocked_drive_is_named_soon_and_gets_no_target_far_ahead_meanwhile(la
     rig.busy = True
     began_s, stood = rig.now_s, rig.positions[0]
     reply = rig.finish()
-    assert "it is blocked" in str(reply) or TOO_SLOW in str(reply), reply
+    assert "it is blocked" in str(reply), reply
     assert rig.now_s - began_s < NAMED_S / (1 + (late == "program"))
     ahead = max(target for _, target in rig.targets(1, began_s)) - stood
     # the drive itself would end in a fault at its whole window
     assert ahead < 0.8 * rig.config.device.following_window
-
-
-def test_a_motion_in_which_every_cycle_is_late_ends_and_names_the_bus():
-    rig = Rig().ready()
-    rig.begin(MoveAlong(iter(LINE), 0.3))
-    rig.run(0.4)
-    rig.waits_s = lambda _frame, host: 0.0 if host else LATE_S[1]
-    began_s, reply = rig.now_s, None
-    while reply is None and rig.now_s < began_s + 20.0:
-        rig.suspend(LATE_S[1])
-        rig.run(1e-6)
-        reply = rig.reply()
-    assert TOO_SLOW in str(reply)
-    assert rig.now_s < began_s + 5.0
-    assert not rig.alerts()
-    rig.check_stands()
 
 
 @pytest.mark.parametrize("late", LATE)
@@ -223,7 +206,7 @@ def turns_away(rig):
     found = rig.finish(60.0)
     assert isinstance(found, MeasuredUnits)
     assert found.speed_hz == pytest.approx(1.0, rel=0.03)
-    away = itertools.groupby(target > max(TREMBLE) for _, target in rig.targets(1))
+    away = itertools.groupby(target > 100 for _, target in rig.targets(1))
     return sum(is_away for is_away, _ in away)
 
 

@@ -499,7 +499,7 @@ def test_drives_that_hold_are_reported_as_held_unless_they_have_to_be_enabled_fi
     rig = Rig()
     assert rig.do(ReadPosition()).held is False
     assert rig.ready().do(ReadPosition()).held is True
-    rig.controller.group.on = False  # as behind a wire that was lost
+    rig.controller._exchange.on = False  # as behind a wire that was lost
     assert rig.do(ReadPosition()).held is None
 
 

@@ -156,9 +156,11 @@ def test_drives_that_were_cut_off_for_a_moment_do_not_jump_far(fault, lasts_s):
         ways.append((rig.positions - there).largest)
         there = rig.positions
     assert max(ways) <= 20_000 * PERIOD_S * (5 if fault == "alone" else 1.5)
-    if lasts_s > 0.2:
-        assert isinstance(rig.reply(), RequestRejected | Timeout)
+    if lasts_s > 0.2 and fault == "alone":  # without a heartbeat they have stopped by themselves
         assert sum(ways[12:]) == 0
+        assert "stopped by itself" in rig.finish().reason
+    else:
+        assert rig.finish() == Done()
 
 
 @pytest.mark.parametrize(
@@ -191,10 +193,15 @@ def test_a_stop_is_a_quick_stop_that_keeps_the_current_and_the_drives_obey_again
 @pytest.mark.parametrize("period_ms", [4, 50])
 @pytest.mark.parametrize("window", [8, 1000])
 def test_a_drive_that_brakes_is_not_taken_to_stand(period_ms, window):
-    rig = moving(steps(20_000, -10_000), 0.3, {"period_ms": period_ms, "position_window": window})
+    settings = {"period_ms": period_ms, "position_window": window, "quick_stop_s": 1.0}
+    rig = moving(steps(40_000, -20_000), 0.3, settings)
     rig.stop()
-    asked_s = rig.now_s
-    assert rig.finish() == Halted()
+    asked_s, there, reply = rig.now_s, rig.positions[0], None
+    while reply is None:
+        rig.run(0.001)
+        assert rig.positions[0] >= there  # it would be held where it was some cycles ago
+        there, reply = rig.positions[0], rig.reply()
+    assert reply == Halted()
     assert rig.now_s - asked_s <= rig.controller.stopping(0.3).confirmed_s
     rig.check_stands(0.5)
 
@@ -213,7 +220,7 @@ def test_a_released_jog_slows_down_on_its_path():
     assert 0x0002 not in rig.words(1)
 
 
-def test_a_pause_completes_the_sent_segments_and_draws_no_more():
+def test_a_paused_arm_slows_down_on_its_path_and_goes_on():
     rig, held, drawn = Rig().ready(), [False], []
 
     def segments():
@@ -223,11 +230,17 @@ def test_a_pause_completes_the_sent_segments_and_draws_no_more():
 
     rig.begin(MoveAlong(segments(), 1.0, held_back=lambda: held[0]))
     rig.run(0.4)
-    held[0] = True
+    there, held[0] = rig.positions, True
     before = len(drawn)
-    assert rig.finish() == Done()
+    rig.run(0.25)
+    stood = rig.positions
+    assert 0 < stood[0] - there[0] < 20_000 * 0.15
+    assert abs(stood[0] + 2 * stood[1]) <= 2
+    rig.check_stands(1.0)
     assert len(drawn) == before < 8
-    assert rig.positions[0] == 6000 * before
+    held[0] = False
+    assert rig.finish() == Done()
+    assert rig.positions[0] == 6000 * 8
 
 
 # -- profile position -----------------------------------------------------------------------------
@@ -397,6 +410,22 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 def test_a_line_for_a_drive_of_another_arm_is_refused():
     with pytest.raises(Refused, match="no drive of this arm"):
         Rig().do(FixSetting("9: 607E:00 u8 0"))
+
+
+def test_shafts_that_press_against_each_other_do_not_turn_when_their_drives_are_taken_back():
+    """One of the two drives of a joint has pressed it against its stop, in a mode of its own."""
+    rig = Rig({**AT_SWITCH, "period_ms": 10}).ready()
+    assert rig.along(MoveBy(Motors((0, 0, 0, 28_000, 28_000, 0)), 20_000.0)) == Done()
+    rig.node(4).motor.switch.at = 10_000_000
+    rig.begin(HomeDevice(((3,),)))
+    while rig.positions[4] > 27_800:  # until it turns the other one back
+        rig.run(0.01)
+    stood = rig.suspend(0.5)
+    assert rig.states() == {DriveState.QUICK_STOP}
+    rig.finish()
+    assert rig.do(ClearFault()) == Done()
+    assert (rig.positions - stood).largest <= 8
+    rig.check_stands(0.5)
 
 
 # -- Paused while a drive is not heard: the arm stands where it was, until it is resumed -----------

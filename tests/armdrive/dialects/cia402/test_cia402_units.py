@@ -58,7 +58,7 @@ def test_motors_turn_by_units_that_drives_tell_or_the_arm_file_states(
     assert not rig.alerts()
     strays = rig.controller.deviation_steps(steps(9), 20_000.0)[0]
     assert strays == (
-        0.0 if rig.controller.group.is_cyclic else pytest.approx(2.0 * max(unit_hz, 1.0))
+        0.0 if rig.controller._exchange.is_cyclic else pytest.approx(2.0 * max(unit_hz, 1.0))
     )
 
 
