@@ -91,7 +91,6 @@ from kinematics.limits import LimitViolation as LimitViolation
 from kinematics.paths.chords import line_path as line_path
 from kinematics.paths.curves import JointPath as JointPath
 from kinematics.paths.profiles import Profile as Profile
-from kinematics.paths.profiles import jerk_limited as jerk_limited
 from kinematics.paths.profiles import trapezoid as trapezoid
 from kinematics.paths.routes import ArcPart as ArcPart
 from kinematics.paths.routes import JointPart as JointPart

@@ -1,19 +1,13 @@
 """Profiles from rest to rest: distance, speed and acceleration along a path at every time.
 
 Distances are in any unit (mm, rad, a share of a path), times in s. A profile consists of phases of
-constant jerk. `trapezoid` limits speed and acceleration, `jerk_limited` also the jerk; both return
-the quickest profile within their limits. A limit may be infinite: an infinite jerk gives the
-trapezoid, an infinite acceleration a jump in speed.
-
-Source: the seven phases are those of Biagiotti and Melchiorri, Trajectory Planning for Automatic
-Machines and Robots, section 3.4 (double S), here from rest to rest.
+constant jerk. `trapezoid` limits speed and acceleration, `averaged` lets accelerations build up.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import accumulate
 from operator import itemgetter
@@ -48,14 +42,6 @@ class Phase(NamedTuple):
     def steady(self) -> bool:
         """Whether the speed is constant."""
         return self.acceleration == 0.0 == self.jerk
-
-
-class ProfileStep(NamedTuple):
-    """A phase before it is joined to others: its duration and its initial acceleration."""
-
-    duration_s: float
-    acceleration: float
-    jerk: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,75 +91,81 @@ def trapezoid(distance: float, speed: float, acceleration: float) -> Profile:
 
     If the distance is too short to reach the speed, its shape is a triangle.
     """
-    return jerk_limited(distance, speed, acceleration, math.inf)
-
-
-def jerk_limited(distance: float, speed: float, acceleration: float, jerk: float) -> Profile:
-    """Return the quickest profile under a speed, an acceleration and a jerk.
-
-    Seven phases, fewer if the distance is too short to reach the speed or the acceleration. Limits
-    are above 0 and may be infinite, but not all of them.
-    """
     length = not_negative("a profile's distance", distance)
-    for name, limit in (("speed", speed), ("acceleration", acceleration), ("jerk", jerk)):
+    for name, limit in (("speed", speed), ("acceleration", acceleration)):
         positive(f"a profile's {name}", limit, endless=True)
-    if math.inf == speed == acceleration == jerk:
-        raise KinematicsError("speed, acceleration and jerk must not all be infinite")
+    if math.inf == speed == acceleration:
+        raise KinematicsError("speed and acceleration must not both be infinite")
     if length == 0.0:
         return Profile((), 0.0)
-    if acceleration == math.inf == jerk:
+    if acceleration == math.inf:
         return Profile((Phase(length / speed, 0.0, speed, 0.0, 0.0),), length)
-    build_s, hold_s, top = _ramp(length, speed, acceleration, jerk)
-    steady_s = max(length / top - (2.0 * build_s + hold_s), 0.0)
-    if jerk == math.inf:
-        peak, jerk = acceleration, 0.0
-    else:
-        peak = jerk * build_s
-    up = (
-        ProfileStep(build_s, 0.0, jerk),
-        ProfileStep(hold_s, peak, 0.0),
-        ProfileStep(build_s, peak, -jerk),
+    top = min(speed, math.sqrt(length * acceleration))
+    ramp_s = top / acceleration
+    ramp = min(0.5 * top * ramp_s, 0.5 * length)
+    level_s = max(length / top - ramp_s, 0.0)
+    phases = (
+        Phase(ramp_s, 0.0, 0.0, acceleration, 0.0),
+        Phase(level_s, ramp, top, 0.0, 0.0),
+        Phase(ramp_s, length - ramp, top, -acceleration, 0.0),
     )
-    down = (
-        ProfileStep(build_s, 0.0, -jerk),
-        ProfileStep(hold_s, -peak, 0.0),
-        ProfileStep(build_s, -peak, jerk),
-    )
-    return joined(length, (*up, ProfileStep(steady_s, 0.0, 0.0), *down))
+    return Profile(tuple(phase for phase in phases if phase.duration_s > 0.0), length)
 
 
-def _ramp(length: float, speed: float, acceleration: float, jerk: float) -> tuple[float, ...]:
-    """Return how long acceleration builds up and holds, and the speed reached.
-
-    A ramp from rest to a speed has half that speed on average, so ramps up and down together cover
-    the speed times the time of one ramp; this gives the speed that a short distance allows.
-    """
-    build_s = 0.0 if jerk == math.inf else acceleration / jerk
-    reached = speed if acceleration == math.inf else _peak_speed(length, acceleration, build_s)
-    top = min(speed, reached)
-    if acceleration < math.inf and top >= acceleration * build_s:
-        return build_s, top / acceleration - build_s, top
-    build_s = math.sqrt(speed / jerk)
-    build_s = min(build_s, math.cbrt(length / (2.0 * jerk)))
-    return build_s, 0.0, jerk * build_s * build_s
+# Accelerations that build up over a time: a profile averaged over a moving window.
+#
+# At every time, the averaged profile is at the mean of the original's positions during the window.
+# It covers the same path, ends one window later, and its speed is a mean of the original's speeds.
+# Its jerk is the change of the original's acceleration over the window, divided by the window: at
+# most twice the largest acceleration per window, and once unless the original goes straight from
+# speeding up to braking.
 
 
-def _peak_speed(length: float, acceleration: float, build_s: float) -> float:
-    """Return the solution v of v (v / a + build-up) = length."""
-    return 2.0 * length / (build_s + math.sqrt(build_s * build_s + 4.0 * length / acceleration))
-
-
-def joined(length: float, steps: Iterable[ProfileStep]) -> Profile:
-    """Return the profile of consecutive steps from rest; empty steps are left out."""
+def averaged(profile: Profile, window_s: float) -> Profile:
+    """Return a jerk-free profile averaged over the preceding window, in phases of its own."""
+    rest = Phase(window_s, 0.0, 0.0, 0.0, 0.0)
+    leads = [*profile.phases, rest._replace(distance=profile.distance)]
+    lags = [rest, *profile.phases]
     phases = []
-    distance = speed = 0.0
-    for step in steps:
-        if step.duration_s > 0.0:
-            phase = Phase(step.duration_s, distance, speed, step.acceleration, step.jerk)
+    lead = lag = 0
+    lead_s = lag_s = distance = 0.0
+    shortest_s = 1e-12 * (profile.duration_s + window_s)
+    while lead < len(leads) and lag < len(lags):
+        left_s, left_lag_s = leads[lead].duration_s - lead_s, lags[lag].duration_s - lag_s
+        step_s = min(left_s, left_lag_s)
+        if step_s > shortest_s:
+            phase = _mean(step_s, distance, leads[lead], lead_s, lags[lag], lag_s, window_s)
             phases.append(phase)
-            distance, speed, _ = phase.state(step.duration_s)
-            distance, speed = min(distance, length), max(speed, 0.0)
-    return Profile(tuple(phases), length)
+            distance = min(phase.state(step_s)[0], profile.distance)
+        lead_s, lag_s = lead_s + step_s, lag_s + step_s
+        if left_s - step_s <= shortest_s:
+            lead, lead_s = lead + 1, 0.0
+        if left_lag_s - step_s <= shortest_s:
+            lag, lag_s = lag + 1, 0.0
+    return Profile(tuple(phases), profile.distance)
+
+
+def _mean(
+    step_s: float,
+    distance: float,
+    lead: Phase,
+    lead_s: float,
+    lag: Phase,
+    lag_s: float,
+    window_s: float,
+) -> Phase:
+    """Return the phase during which both ends of the window stay within one phase each."""
+    ahead = lead.distance + lead_s * (lead.speed + 0.5 * lead_s * lead.acceleration)
+    behind = lag.distance + lag_s * (lag.speed + 0.5 * lag_s * lag.acceleration)
+    faster = lead.speed + lead_s * lead.acceleration
+    slower = lag.speed + lag_s * lag.acceleration
+    return Phase(
+        step_s,
+        distance,
+        max((ahead - behind) / window_s, 0.0),
+        (faster - slower) / window_s,
+        (lead.acceleration - lag.acceleration) / window_s,
+    )
 
 
 def since_s(phase: Phase, distance: float) -> float:

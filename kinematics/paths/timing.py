@@ -4,18 +4,16 @@ Coordinates are joints in rad and, if the gripper moves, its opening in mm; time
 is passed from rest to rest without stopping. Its shape never changes: near a singularity, where a
 joint turns fast, the motion slows down.
 
-Two corners are one straight motion, with all coordinates in proportion, timed exactly: a trapezoid
-or seven phases. More corners stand for a smooth curve (a straight line of the tip, an arc, a blend)
-cut into chords. (Where a corner is meant to be sharp, stop there, or blend it.) Tests confirm these
-guarantees:
+Two corners are one straight motion, with all coordinates in proportion, timed exactly. More corners
+stand for a smooth curve (a straight line of the tip, an arc, a blend) cut into chords. (Where a
+corner is meant to be sharp, stop there, or blend it.) Tests confirm these guarantees:
 
 - No coordinate and no motor ever exceeds its speed limit.
 - No acceleration limit is exceeded if the curve's direction turns evenly from the middle of each
   chord to the middle of the next. The chords' own speeds jump at a corner by what this turn makes
   up between two middles: the finer the chords, the smaller the jumps.
 - With a build-up time the same holds. The acceleration along the path then changes by its limit in
-  no less than half that time, where speeding up turns into braking; on a straight motion, in no
-  less than that time.
+  no less than that time, or half of it where speeding up turns straight into braking.
 
 Without any acceleration limit, each chord takes its least time at full speed, and the build-up time
 has no effect.
@@ -33,7 +31,7 @@ from operator import mul
 from typing import NamedTuple
 
 from kinematics.errors import KinematicsError, finite, not_negative, positive
-from kinematics.paths.profiles import Phase, Profile, jerk_limited
+from kinematics.paths.profiles import Phase, Profile, averaged, trapezoid
 from kinematics.text import counted
 
 # The limits of a timed path: those of every coordinate, and of every motor after the couplings.
@@ -270,62 +268,6 @@ def _inverse(value: float) -> float:
     return 1.0 / value if value > 0.0 else math.inf
 
 
-# Accelerations that build up over a time: a profile averaged over a moving window.
-#
-# At every time, the averaged profile is at the mean of the original's positions during the window.
-# It covers the same path, ends one window later, and its speed is a mean of the original's speeds.
-# Its jerk is the change of the original's acceleration over the window, divided by the window: at
-# most twice the largest acceleration per window, and once unless the original goes straight from
-# speeding up to braking.
-
-
-def averaged(profile: Profile, window_s: float) -> Profile:
-    """Return a jerk-free profile averaged over the preceding window, in phases of its own."""
-    rest = Phase(window_s, 0.0, 0.0, 0.0, 0.0)
-    leads = [*profile.phases, rest._replace(distance=profile.distance)]
-    lags = [rest, *profile.phases]
-    phases = []
-    lead = lag = 0
-    lead_s = lag_s = distance = 0.0
-    shortest_s = 1e-12 * (profile.duration_s + window_s)
-    while lead < len(leads) and lag < len(lags):
-        left_s, left_lag_s = leads[lead].duration_s - lead_s, lags[lag].duration_s - lag_s
-        step_s = min(left_s, left_lag_s)
-        if step_s > shortest_s:
-            phase = _mean(step_s, distance, leads[lead], lead_s, lags[lag], lag_s, window_s)
-            phases.append(phase)
-            distance = min(phase.state(step_s)[0], profile.distance)
-        lead_s, lag_s = lead_s + step_s, lag_s + step_s
-        if left_s - step_s <= shortest_s:
-            lead, lead_s = lead + 1, 0.0
-        if left_lag_s - step_s <= shortest_s:
-            lag, lag_s = lag + 1, 0.0
-    return Profile(tuple(phases), profile.distance)
-
-
-def _mean(
-    step_s: float,
-    distance: float,
-    lead: Phase,
-    lead_s: float,
-    lag: Phase,
-    lag_s: float,
-    window_s: float,
-) -> Phase:
-    """Return the phase during which both ends of the window stay within one phase each."""
-    ahead = lead.distance + lead_s * (lead.speed + 0.5 * lead_s * lead.acceleration)
-    behind = lag.distance + lag_s * (lag.speed + 0.5 * lag_s * lag.acceleration)
-    faster = lead.speed + lead_s * lead.acceleration
-    slower = lag.speed + lag_s * lag.acceleration
-    return Phase(
-        step_s,
-        distance,
-        max((ahead - behind) / window_s, 0.0),
-        (faster - slower) / window_s,
-        (lead.acceleration - lag.acceleration) / window_s,
-    )
-
-
 # A chord that takes less than this at full speed takes no time: its corners differ by rounding.
 INSTANT_S = 1e-9
 
@@ -437,15 +379,14 @@ def timed(
 
 def _profile(chords: list[TimedChord], length: float, limits: MotionLimits) -> Profile:
     """Return the profile of the parameter, whose speed is at most 1."""
-    build_s = limits.jerk_s
+    build_s = limits.jerk_s if limits.ramps else 0.0
     if len(chords) < 2 or not limits.ramps:
         hardest = max((_hardness(chord, limits) for chord in chords if limits.ramps), default=0.0)
-        slope = 1.0 / hardest if hardest > 0.0 else math.inf
-        return jerk_limited(length, 1.0, slope, slope / build_s if build_s > 0.0 else math.inf)
-    cells = cells_of(chords, limits.accelerations)
-    if build_s == 0.0:
-        return quickest(cells, length)
-    return averaged(quickest(widened(cells, build_s), length), build_s)
+        profile = trapezoid(length, 1.0, 1.0 / hardest if hardest > 0.0 else math.inf)
+    else:
+        cells = cells_of(chords, limits.accelerations)
+        profile = quickest(widened(cells, build_s) if build_s else cells, length)
+    return averaged(profile, build_s) if build_s and profile.phases else profile
 
 
 def _hardness(chord: TimedChord, limits: MotionLimits) -> float:
