@@ -70,12 +70,6 @@ def test_cases_take_turns():
     assert [len(seconds) for seconds in taken.values()] == [3, 3]
 
 
-def test_one_in_a_hundred_is_the_99th_percentile():
-    assert measuring.p99([float(value) for value in range(100)]) == 99.0
-    assert measuring.p99([float(value) for value in range(1000)]) == 990.0
-    assert measuring.p99([3.0, 1.0]) == 3.0
-
-
 # Each part of the benchmark of programs runs, with counts too small to measure anything.
 
 

@@ -1,7 +1,6 @@
 """The benchmarks of drives on a CAN bus run, with counts too small to measure anything."""
 
 import json
-import math
 import sys
 
 import can_codecs
@@ -14,7 +13,6 @@ import can_streaming
 import pytest
 import stop_latency
 from amounts import THOROUGH
-from feel_benches import DenseMemoryBench
 
 from firmware_protocol.canopen import Command, Controlword, OperationMode
 from firmware_protocol.canopen import Host as CanopenHost
@@ -53,34 +51,6 @@ def test_coordinated_drives_keep_their_path_and_others_leave_it(
     assert 0.0 < steered[beside]["worst"] < steered[beside]["bound"]
     _, alone = run(capsys, can_coordination, plain, "--times", "1")
     assert alone[beside]["worst"] > 10.0 * steered[beside]["worst"]
-
-
-def test_a_place_beside_a_straight_way_is_as_far_from_it_as_it_is():
-    with DenseMemoryBench("mks") as bench:
-        bench.use_arm_file(can_strategies.measured("mks"))
-        start = bench.look().motors
-        end = start + type(start)((40_000, 0, 0, 0, 0, 0))
-        way = can_coordination.StraightWay(bench, start, end)
-        half = start + type(start)((20_000, 0, 0, 0, 0, 0))
-        assert way.beside(half).tip_mm < 0.01
-        counts = 2_000
-        off = way.beside(half + type(start)((0, 0, 0, 0, 0, counts // 10)))
-        assert off.joint_deg == pytest.approx(0.0, abs=1e-6)  # the fingers turn no joint
-        off = way.beside(half + type(start)((0, counts, 0, 0, 0, 0)))
-        turned = math.degrees(counts / 130_379.73)
-        assert off.joint_deg == pytest.approx(turned, rel=0.01)
-        assert off.tip_mm > 1.0
-
-
-def test_every_strategy_is_made_silent():
-    assert set(can_silence.GUARDS) == set(can_strategies.STRATEGIES)
-    assert set(can_silence.SILENCES) == set(can_strategies.groups(can_strategies.STRATEGIES))
-
-
-def test_a_dialect_stands_for_all_its_ways_to_move():
-    assert can_strategies.groups(can_strategies.STRATEGIES)["cia402"] == ("cyclic", "profile")
-    assert can_strategies.groups(can_coordination.ALL)["mks"][-1] == "plain"
-    assert set(can_strategies.groups(can_strategies.RATES)) == set(can_rounds.ROUNDS)
 
 
 def test_stops_of_drives_are_recognised_on_the_bus():

@@ -6,13 +6,11 @@ on a computer that runs tests. How a stop is recognised on the wire is tested by
 
 import itertools
 import json
-import math
 from random import Random
 
 import feel
 import feel_keys
 import feel_ways
-import pytest
 import releasing
 import stop_latency
 import straightness
@@ -70,14 +68,6 @@ class TestKeyboard:
         gaps = [after - before for before, after in itertools.pairwise(arrivals)]
         assert max(gaps) > 0.5
         assert sum(gap < 0.001 for gap in gaps) >= 4
-
-
-def test_a_point_is_as_far_from_a_circle_as_it_is():
-    on_it = [(math.cos(a), math.sin(a), 2.0) for a in (0.3, 1.4, 2.9)]
-    off = feel_ways.off_circle_mm
-    assert off(on_it[1], *on_it) == pytest.approx(0.0, abs=1e-9)
-    assert off((1.5, 0.0, 2.0), *on_it) == pytest.approx(0.5)
-    assert off((4.0, 0.0, 6.0), *on_it) == pytest.approx(5.0)
 
 
 def test_stops_are_recognised_on_the_wire():

@@ -5,6 +5,7 @@ import math
 from itertools import pairwise
 
 from hypothesis import strategies as st
+from named_arms import calibrated, table
 
 from kinematics import FiveAxisArm, Guards, JointPath, JointRange, Joints, Pose, preset, system
 from kinematics.chains.arm import ChainArm
@@ -35,6 +36,15 @@ ARMS = (TEACHMOVER, UNEVEN)
 
 # Arms driven by their link tables, a posture of the Puma, and guards that leave it the table alone.
 MINI = ChainArm(system("minimover5").chain())
+MEASURED = ChainArm(calibrated(MINI.chain, 1e-4))
+"""No closed form of an arm as it was measured is exact, so that it is solved by numbers."""
+_ROWS = ((0, 200, 0, 90), (0, 60, 250, 0), (0, 0, 200, 0), (90, 0, 0, 90), (0, 80, 0, 0))
+OFF_PLANE = ChainArm(
+    table(*((math.radians(t), d, a, math.radians(twist)) for t, d, a, twist in _ROWS)).within(
+        [(-2.5, 2.5)] * 5
+    )
+)
+"""Five joints whose hand leaves the plane of base axis and tip by an offset."""
 PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
 START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
 TABLE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)

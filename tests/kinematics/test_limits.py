@@ -8,7 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from kinematics.frames.matrices import DependentRow, inverse, times
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted, turn_into
+from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted, turn_into
 
 angles = st.floats(-50.0, 50.0)
 
@@ -41,13 +41,6 @@ def test_an_angle_without_a_turn_in_the_range_fits_nowhere(angle):
     assert fitted(angle + math.tau, 0.0, 1.0, 0.0) == math.inf
 
 
-def test_a_range_clamps_to_its_ends():
-    bounds = JointRange.of(-90, 90)
-    assert bounds.clamp(5.0) == bounds.high_rad
-    assert bounds.clamp(-5.0) == bounds.low_rad
-    assert bounds.clamp(0.25) == 0.25
-
-
 entries = st.floats(-10.0, 10.0)
 matrices = st.lists(st.lists(entries, min_size=4, max_size=4), min_size=4, max_size=4)
 
@@ -58,16 +51,6 @@ def test_a_well_conditioned_matrix_is_inverted(rows, vector):
         row[index] += 50.0  # diagonally dominant
     matrix = tuple(tuple(row) for row in rows)
     assert times(inverse(matrix), times(matrix, vector)) == pytest.approx(vector, abs=1e-9)
-
-
-@every_row("length", [1, 3])
-def test_a_vector_of_another_length_than_the_rows_is_refused(length):
-    with pytest.raises(ValueError, match=f"a vector of {length} does not fit"):
-        times(((1.0, 0.0), (0.0, 1.0)), (1.0,) * length)
-
-
-def test_rows_in_any_order_are_inverted():
-    assert inverse(((0.0, 2.0), (4.0, 0.0))) == ((0.0, 0.25), (0.5, 0.0))
 
 
 @every_row(

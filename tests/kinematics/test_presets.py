@@ -51,27 +51,6 @@ def test_a_misspelt_key_is_told_the_nearest(key, near):
     assert isinstance(caught.value, KinematicsError)
 
 
-def test_a_key_like_no_other_is_told_all():
-    with pytest.raises(UnknownPreset, match="there are minimover5, teachmover, alpha2, robko01"):
-        preset("scara")
-
-
-def test_an_arm_without_known_steps_is_a_template():
-    alpha = preset("alpha2")
-    assert alpha.transmission is None
-    assert alpha.reference is None
-    assert not alpha.verified
-    assert "No steps per turn" in alpha.notes
-
-
-def test_an_arm_of_which_nothing_was_measured_is_a_template_with_stand_in_numbers():
-    armdroid, teachmover = preset("armdroid1"), preset("teachmover")
-    assert not armdroid.verified
-    assert "template" in armdroid.notes
-    assert armdroid.transmission == teachmover.transmission
-    assert armdroid.grip_steps_per_n is None
-
-
 def test_an_arm_on_closed_loop_drives_counts_its_encoders_and_is_a_template():
     arm, minimover = preset("minimover5-mks"), preset("minimover5")
     assert not arm.verified
@@ -99,16 +78,6 @@ def test_every_reference_posture_is_in_reach_and_outside_the_guards(key):
     rounded, opening = arm.transmission.to_joints(motors)
     assert arm.guards.violations(arm.arm, rounded) == ()
     assert opening == pytest.approx(arm.reference.opening_mm, abs=0.05)
-
-
-@every_row("key", PRESETS)
-def test_the_zero_posture_breaks_no_guard(key):
-    arm = preset(key)
-    assert arm.guards.violations(arm.arm, Joints.of(0, 0, 0, 0, 0)) == ()
-
-
-def test_a_pound_of_grip_takes_32_half_steps():
-    assert preset("teachmover").grip_steps_per_n * 4.448 == pytest.approx(32)
 
 
 def test_robkos_steps_are_those_of_its_software_and_its_elbow_counts_backward():

@@ -1,40 +1,33 @@
 """Anything that is not a frame, a number or an angle is refused, in the same words everywhere."""
 
 import math
-import sys
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from amounts import every_row
-from chain_cases import MINI_MOVER, gap
+from chain_cases import gap
 from hypothesis import example, given
 from hypothesis import strategies as st
 from kinematics_cases import MINI, TEACHMOVER
 
 from kinematics import (
     SYSTEMS,
-    AxisAngle,
     BadNumber,
     Chain,
     DHLink,
-    EulerZYZ,
     Guards,
     JointAxis,
-    JointRange,
     Joints,
     KinematicsError,
     Motors,
     NotARotation,
     Pose,
-    Quaternion,
     a_matrix,
     assign_frames,
     check_transform,
     condition,
     frame_goal,
     invert,
-    pose_goal,
     preset,
     rot_x,
     rot_y,
@@ -52,7 +45,7 @@ from kinematics import (
 )
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.inverse import solve_goal
-from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.links import JointKind
 from kinematics.chains.urdf import read_urdf
 from kinematics.errors import suggestion
 from kinematics.frames.orientations import RPY
@@ -60,7 +53,7 @@ from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE, position_of
 from kinematics.frames.user_frame import UserFrame
 from kinematics.guards.shapes import Box
-from kinematics.limits import turn_into, turn_near, wrap
+from kinematics.limits import wrap
 from kinematics.textbook.efficiency import Ledger
 from kinematics.textbook.systems import MODEL_NAMES
 from kinematics.textbook.systems.mini_movers import arm_of
@@ -116,15 +109,10 @@ def placed(*entries, x=0.0):
 
 NO_FRAMES = {
     "nothing": (None, KinematicsError, "4 rows of 4 numbers are needed, not None"),
-    "a number": (3.0, KinematicsError, "4 rows of 4 numbers are needed, not 3.0"),
     "text": ("none", KinematicsError, "4 rows of 4 numbers are needed, not 'none'"),
-    "rows of text": (("abcd",) * 4, KinematicsError, "4 rows of 4 numbers are needed"),
-    "three rows": (IN_PLACE[:3], KinematicsError, "4 rows of 4 numbers are needed"),
     "short rows": (tuple(row[:3] for row in IN_PLACE), KinematicsError, "4 rows of 4 numbers"),
-    "rows of None": ((None,) * 4, KinematicsError, "4 rows of 4 numbers are needed"),
     "another last row": (placed((3, 3, 2.0)), KinematicsError, "last row of a homogeneous"),
     "text in a row": (placed((0, 0, "1")), BadNumber, "row 1, x must be a finite number, not '1'"),
-    "True in a row": (placed((1, 1, True)), BadNumber, "row 2, y must be a finite number"),
     "infinite": (placed((2, 2, math.inf)), BadNumber, "row 3, z must be a finite number, not inf"),
     "no position": (placed((1, 3, math.nan)), BadNumber, "y_mm of a position must be a finite"),
     "stretched": (placed((2, 2, 2.0)), NotARotation, "column z has length 2 instead of 1"),
@@ -146,51 +134,7 @@ def test_what_is_no_frame_is_refused_in_the_same_words(name):
         assert says in str(caught.value), kind
 
 
-NO_NUMBERS = (None, 1.0, "12", (1.0,), (1.0, "2"), (1.0, None), (1.0, math.nan), (1.0,) * 9)
 PUMA = SYSTEMS["puma"]
-
-
-def branch_of(one):
-    return next(iter(one.signs))
-
-
-def of_system(name):
-    """Everything of a system that takes numbers: joint values, goals, seeds."""
-    one = system(name)
-    goal = one.goal_of(one.fk(example_posture(one.chain())))
-    return {
-        f"{name}.fk": one.fk,
-        f"{name}.ik": one.ik,
-        f"{name}.holds": one.holds,
-        f"{name}.solution": lambda values: one.solution(values, branch_of(one)),
-        f"{name}.ik, the seed": lambda values: one.ik(goal, values or ()),
-        f"{name}.chain().fk": one.chain().fk,
-        f"work({name})": lambda values: work(subject_of_system(one), values or ()),
-        f"work({name}), the goal": lambda values: work(subject_of_system(one), None, values or ()),
-    }
-
-
-TAKE_NUMBERS = {
-    "Chain.fk": Chain(LINKS).fk,
-    "Chain.frames": Chain(LINKS).frames,
-    "Chain.axes": Chain(LINKS).axes,
-    "Chain.matrices": Chain(LINKS).matrices,
-    "Chain.violations": Chain(LINKS).violations,
-    "Chain.clamp": Chain(LINKS).clamp,
-    "condition": lambda values: condition(Chain(LINKS), values),
-    "an axis' point": lambda values: JointAxis(values, (0.0, 0.0, 1.0)).line,
-    "an axis' direction": lambda values: JointAxis((0.0, 0.0, 0.0), values).line,
-    "transform": lambda values: transform(IDENTITY, values),
-    "AxisAngle": lambda values: AxisAngle(values, 0.1),
-}
-
-
-@every_row("name", ["", *MODEL_NAMES])
-def test_what_is_not_as_many_numbers_as_needed_is_refused(name):
-    for take in (of_system(name) if name else TAKE_NUMBERS).values():
-        for values in NO_NUMBERS:
-            with pytest.raises(KinematicsError, match=r"needs \d numbers? \(|a finite number"):
-                take(values)
 
 
 MADE_OF_A_NUMBER = {
@@ -211,7 +155,7 @@ MADE_OF_A_NUMBER = {
 
 
 @every_row("make", MADE_OF_A_NUMBER.values(), ids=MADE_OF_A_NUMBER)
-@every_row("value", [math.nan, math.inf, -math.inf, "1", None, True])
+@every_row("value", [math.nan, math.inf, "1", None, True])
 def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
     with pytest.raises(BadNumber, match="must be a finite number"):
         make(value)
@@ -221,99 +165,58 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
     "make, says",
     [
         (lambda: Chain(()), "at least one link"),
-        (lambda: Chain(None), "at least one link, not None"),
         (lambda: Chain((1.0,)), "a link must be of the class DHLink, not 1.0"),
         (lambda: Chain(LINKS, "craig"), "convention must be of the class Convention"),
-        (lambda: Chain(LINKS, base=1.0), "4 rows of 4"),
         (lambda: assign_frames(()), "at least one joint axis"),
-        (lambda: assign_frames(None), "at least one joint axis, not None"),
         (lambda: assign_frames(((0.0, 0.0, 1.0),)), "an axis must be of the class JointAxis"),
-        (lambda: assign_frames(AXES, convention="craig"), "class Convention"),
         (lambda: DHLink(a_mm="1"), "a_mm must be a finite number"),
         (lambda: Chain(LINKS).within(((0.0, 1.0),)), "2 pairs, lowest and highest value"),
-        (lambda: Chain(LINKS).within((0.0, 1.0)), "2 pairs, lowest and highest value"),
-        (lambda: Chain(LINKS).within(1.0), "2 pairs, lowest and highest value"),
-        (lambda: PUMA.sized(ranges=((0.0, 1.0),)), "6 pairs, lowest and highest value"),
-        (lambda: PUMA.sized(d1="1"), "d_mm must be a finite number"),
         (lambda: PUMA.sized(1.0), "the lengths of puma are d1, a1"),
-        (lambda: PUMA.solution((0.0,) * 6, []), "puma has no branch"),
         (lambda: PUMA.ik((1.0,) * 7), r"6 numbers \(x"),
         (lambda: PUMA.ik((*(1.0,) * 5, math.nan)), "psi.* must be a finite number"),
-        (lambda: PUMA.fk((1.0,) * 7), r"6 numbers \(theta1"),
         (lambda: system([]), "no system is named"),
-        (lambda: preset({}), "no preset arm is named"),
         (lambda: Joints(None), "joint angles are a list of numbers, not None"),
-        (lambda: Joints("12345"), "base_rad must be a finite number"),
         (lambda: Joints.of(0, 40, "x", 0, 0), r"angles_deg\[2\] must be a finite number"),
-        (lambda: HOME.replace(base_deg=None), "base_deg must be a finite number"),
         (lambda: HOME.replace(base_degrees=3), "no joint is named 'base_degrees'.*'base_deg'"),
         (lambda: HOME.replace(sholder_deg=3), r"did you mean 'shoulder_deg'\?$"),
         (lambda: A_POSE.replace(z=3), "no coordinate is named 'z'; a pose has x_mm, .*'z_mm'"),
         (lambda: A_POSE.replace(pitch_rad=3), r"; write pitch_deg=math.degrees\(\.\.\.\)"),
-        (lambda: A_POSE.replace(z_mm="3"), "z_mm must be a finite number"),
         (lambda: A_POSE.replace(roll_deg=999), "roll_deg must be within two turns, 720° either"),
         (lambda: HOME["sholder"], r"did you mean 'shoulder'\?$"),
-        (lambda: HOME["turret_deg"], "no joint is named 'turret_deg'"),
         (lambda: TEACHMOVER.fk(TURNED_ROUND), "joints of this arm are base, .* not wrist_roll, "),
-        (lambda: TEACHMOVER.violations(TURNED_ROUND), "in this order, not wrist_roll, wrist_pitch"),
-        (lambda: MINI.fk(TURNED_ROUND), "the joints of this arm are "),
-        (lambda: TEACHMOVER.ik(TEACHMOVER.fk(HOME), TURNED_ROUND), "the joints of this arm"),
         (lambda: Motors((1, 2.0)), "motor 2 steps must be a whole number, not 2.0"),
-        (lambda: Motors((True,)), "motor 1 steps must be a finite number, not True"),
         (lambda: TEACHMOVER.fk((0.0,) * 5), "joints must be of the class Joints"),
         (lambda: TEACHMOVER.ik(None), "a pose must be of the class Pose"),
-        (lambda: TEACHMOVER.branches((1.0,) * 5), "a pose must be of the class Pose"),
         (lambda: TEACHMOVER.ik(replace(AT_HOME, yaw_rad=0.1)), "cannot take a yaw"),
         (lambda: MINI.ik(replace(AT_HOME, yaw_rad=0.1)), "cannot take a yaw"),
         (lambda: ChainArm(PUMA.chain()).ik(AT_HOME), "need a yaw: yaw_deg in Python, --yaw"),
         (lambda: ChainArm(None), "a chain must be of the class Chain"),
         (lambda: ChainArm(Chain(MINI.chain.links[:4])), "five or six joints, not 4"),
         (lambda: ChainArm(Chain((DHLink(),) * 5)), "no limits"),
-        (lambda: MINI.fk((0.0,) * 5), "joints must be of the class Joints"),
-        (lambda: MINI.ik(None), "a pose must be of the class Pose"),
-        (lambda: MINI.ik("x=1", Joints((0.0,) * 5)), "a pose must be of the class Pose"),
-        (lambda: pose_goal(None), "a pose must be of the class Pose"),
         (lambda: solve_goal(Chain(LINKS), IN_PLACE), "a goal must be of the class Goal"),
         (lambda: solve_goal(LINKS, frame_goal(IN_PLACE)), "a chain must be of the class Chain"),
         (lambda: RPY("1", 0.0, 0.0), "phi_rad must be a finite number"),
-        (lambda: EulerZYZ(0.0, math.nan, 0.0), "theta_rad must be a finite number"),
-        (lambda: Quaternion(1.0, 0.0, 0.0, None), "z of a quaternion must be a finite number"),
-        (lambda: AxisAngle((0.0, 0.0, 1.0), "1"), "angle_rad must be a finite number"),
         (lambda: work(OWN, goal=1.0), "a goal is x, y, z, or"),
-        (lambda: work(OWN, goal=(1.0,) * 4), r"not \(1.0, 1.0, 1.0, 1.0\)"),
         (lambda: read_urdf(b"<robot/>"), "the URDF must be of the class str"),
         (lambda: urdf_of_chain(Chain((SLIDE,))), "slides without limits"),
         (lambda: urdf_of_chain(Chain((DHLink(),), joint_names=("tool_joint",))), "fixed joint of"),
         (lambda: urdf_of_chain(Chain((DHLink(Ledger().number(0.1)),))), "not of symbols"),
         (lambda: replace(SLIDE, low=3.0, high=2.0), r"low limit \(3 mm\).*\(2 mm\)"),
-        (lambda: MINI_MOVER.fk((0.0, 0.0)), r"5 numbers \(base, shoulder"),
-        (lambda: MINI_MOVER.fk((0.0, 0.0, math.nan, 0.0, 0.0)), "elbow .* must be a finite number"),
-        (lambda: Chain(LINKS, joint_names=("a",)), "2 different joint names"),
         (lambda: Chain(LINKS, joint_names=("a", "a")), "2 different joint names"),
         (lambda: condition(Chain(LINKS), (0.1, 0.2), rows=(0, 6)), "numbered 0 to 5"),
         (lambda: frame_goal(IN_PLACE, frozenset()), "asks at least one of position, heading"),
-        (lambda: solve_frame_ik(Chain(LINKS), IN_PLACE, (0.0,)), "2 numbers"),
-        (lambda: ChainArm(PUMA.chain()).fk(HOME), "this arm has 6 joints, not 5"),
-        (lambda: TEACHMOVER.fk(Joints((0.0, 0.0), ("a", "b"))), "5 joints, not 2"),
         (lambda: replace(TEACHMOVER, upper_arm_mm=0), "longer than 0"),
         (lambda: replace(TEACHMOVER, limits=TEACHMOVER.limits[:4]), "4 were given"),
-        (lambda: JointRange.of(10, -10), "must not lie above"),
-        (lambda: CABLES.to_motors(Joints((0.0, 0.0), ("a", "b"))), "5 joints were expected, not 2"),
         (lambda: CABLES.to_joints(Motors((0,) * 5)), "6 motors were expected, not 5"),
-        (lambda: CABLES.to_motors(HOME, math.nan), "gripper opening.* must be a finite number"),
         (lambda: CABLES.with_signs(motors=(1, 0, 1, 1, 1, 1)), "6 motor signs"),
         (lambda: assign_frames([JointAxis((0, 1e300, 0), (0, 0, 1))]),
          r"\(0.0, 1e\+300, 0.0\) is no point of an arm"),
         (lambda: assign_frames([JointAxis((math.nan, 0, 0), (0, 0, 1))]),
          "an axis' point.* must be a finite number"),
-        (lambda: UserFrame.through(ORIGIN, ORIGIN, (0.0, 50.0, 0.0)), "three points"),
         (lambda: UserFrame.through(ORIGIN, (9.0, 0.0, 0.0), (90.0, 0.0, 0.0)), "three points"),
         (lambda: Guards(radii_mm=(30.0, 20.0)).violations(TEACHMOVER, HOME),
          "each of upper arm, forearm, hand: 3, not 2"),
-        (lambda: Box("", (0, 0, 0), (1, 1, 1)), "needs a name"),
         (lambda: Box("vice", (0, 0, 5), (1, 1, 5)), "needs a z of min_mm below"),
-        (lambda: Box("vice", (0, 0), (1, 1, 1)), "needs x, y and z"),
-        (lambda: Box("vice", (0, 0, math.nan), (1, 1, 1)), "min_mm of 'vice'"),
         (lambda: arm_of(PUMA), "puma is no arm of the Mini-mover's build"),
     ],
 )  # fmt: skip
@@ -351,34 +254,6 @@ def test_an_angle_of_any_turns_is_wrapped_to_the_last_digit(angle):
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-15)
 
 
-@every_row("turns", [1e3, 1e8, -1e12, 1e14])
-def test_turns_are_taken_off_before_anything_is_added(turns):
-    angle = turns * math.tau + 1.0
-    expected = exactly_wrapped(angle)
-    assert turn_into(angle, -math.pi, math.pi, 0.0) == pytest.approx(expected, abs=1e-15)
-    assert turn_near(angle, 0.1) == pytest.approx(expected, abs=1e-15)
-    joints = Joints((0.0, 0.5, -0.5, 0.0, angle))
-    assert TEACHMOVER.fk(joints).roll_rad == pytest.approx(expected, abs=1e-15)
-
-
-@every_row("name", ["pitch_deg", "roll_deg", "yaw_deg"])
-@every_row("angle", [5000, -721.0, math.nan, "x"])
-def test_an_angle_in_degrees_is_refused_as_it_was_given(name, angle):
-    within = "must be within two turns, 720° either way" if angle in (5000, -721.0) else "finite"
-    with pytest.raises(BadNumber, match=f"^{name} .*{within}.*, not {angle!r}$"):
-        Pose.of(x_mm=0, y_mm=0, z_mm=0, **{"pitch_deg": 0.0, name: angle})
-    assert Pose.of(x_mm=0, y_mm=0, z_mm=0, pitch_deg=-720.0).pitch_deg == -720.0
-
-
-@every_row("name", ["pitch_rad", "roll_rad", "yaw_rad"])
-@every_row("angle", [-90.0, 45.0, 4.0 * math.pi * (1.0 + sys.float_info.epsilon)])
-def test_an_angle_of_a_pose_beyond_two_turns_is_questioned(name, angle):
-    angles = {"pitch_rad": 0.0, name: angle}
-    says = rf"{name} must be within two turns.*Pose.of\({name[:-4]}_deg=\.\.\.\)\), not {angle}"
-    with pytest.raises(BadNumber, match=says):
-        Pose(250.0, 0.0, 120.0, **angles)
-
-
 ANGLED = [name for name in MODEL_NAMES if any(map(is_angle, system(name).coordinates))]
 
 
@@ -398,11 +273,6 @@ def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle)
             ):
                 with pytest.raises(BadNumber, match=rf"{says}.*math.radians\({angle:g}\)"):
                     take(wrong)
-
-
-def test_an_angle_of_a_chain_s_goal_beyond_two_turns_is_questioned():
-    with pytest.raises(BadNumber, match="theta_rad of a goal must be within two turns"):
-        work(OWN, goal=(100.0, 0.0, 0.0, 0.0, -90.0, 0.0))
 
 
 @every_row("name", MODEL_NAMES)
@@ -426,34 +296,7 @@ def test_joint_values_of_many_turns_lose_no_digits(name, turns):
         assert one.goal_of(one.fk(branch.joints)) == pytest.approx(goal, abs=1e-6)
 
 
-@every_row("turns", [-2, -1, 1, 2])
-@every_row("x", [120.0, 0.0])
-def test_a_pose_of_up_to_two_turns_is_solved_as_the_one_without(turns, x):
-    plain = Pose.of(x_mm=x, y_mm=0.0, z_mm=550.0, pitch_deg=60.0, roll_deg=10.0)
-    turned = Pose.of(
-        x_mm=x,
-        y_mm=0.0,
-        z_mm=550.0,
-        pitch_deg=60.0 + 360.0 * (turns - math.copysign(1, turns)),
-        roll_deg=10.0 - 360.0 * (turns - math.copysign(1, turns)),
-    )
-    assert TEACHMOVER.ik(turned) == pytest.approx(tuple(TEACHMOVER.ik(plain)), abs=1e-9)
-    edge = Pose.of(x_mm=9000.0, y_mm=0.0, z_mm=0.0, pitch_deg=360.0 * turns, roll_deg=720.0)
-    with pytest.raises(KinematicsError, match="out of reach"):
-        TEACHMOVER.ik(edge)
-
-
 # The base axis.
-
-
-@every_row("off_mm", [0.0, 1e-12, 1e-9, -1e-9, 5e-7, -9e-7])
-@every_row("pitch_deg", [60.0, 120.0])
-def test_a_tip_within_the_stated_tolerance_of_the_base_axis_is_on_it(off_mm, pitch_deg):
-    for x_mm, y_mm in ((off_mm, 0.0), (0.0, off_mm)):
-        goal = Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=550.0, pitch_deg=pitch_deg)
-        reached = TEACHMOVER.fk(TEACHMOVER.ik(goal))
-        assert math.hypot(reached.x_mm, reached.y_mm) < 2e-6
-        assert reached.z_mm == pytest.approx(550.0)
 
 
 ON_THE_AXIS = {
@@ -488,42 +331,6 @@ def test_every_system_reaches_over_its_base_whatever_rounding_leaves_beside_it(n
             x, y, z = position_of(one.fk(branch.joints))
             assert math.hypot(x - x_mm, y - y_mm) < 2e-6
             assert z == pytest.approx((*ON_THE_AXIS[name], z)[0], abs=1e-6)
-
-
-@every_row("turns", [1e3, 1e8, -1e12])
-def test_an_arm_s_joints_of_many_turns_lose_no_digits(turns):
-    joints = Joints(tuple(value + turns * math.tau for value in (0.3, 0.5, -0.7, 0.2, 0.4)))
-    exact = Joints(tuple(map(exactly_wrapped, joints)))
-    for arm in (TEACHMOVER, MINI):
-        assert arm.fk(joints).pitch_rad == pytest.approx(arm.fk(exact).pitch_rad, abs=1e-12)
-        assert gap(arm.points(joints), arm.points(exact)) < 1e-9
-        assert gap(arm.hand_axes(joints), arm.hand_axes(exact)) < 1e-12
-
-
-# Axes that are nearly parallel.
-
-
-@every_row("convention", Convention)
-@every_row("lean", [1e-12, 1e-9, 3e-9, 1e-8, 5e-8, 1.1e-7, 1e-6, 1e-4])
-def test_axes_a_hair_from_parallel_make_a_chain_that_holds_its_tool(lean, convention):
-    axes = (
-        JointAxis((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        JointAxis((200.0, 0.0, 0.0), (0.0, math.sin(lean), math.cos(lean))),
-    )
-    tool = transform(IDENTITY, (350.0, 0.0, 0.0))
-    made = assign_frames(axes, tool, convention)
-    reached = made.chain.fk((0.0, 0.0))
-    assert gap(reached, tool) < 1e-5
-    said = " ".join(map(str, made.choices))
-    assert ("nearly parallel" in said) == (1e-9 <= lean <= 1e-7)
-    if lean <= 1e-7:
-        assert max(abs(link.d_mm) for link in made.chain.links) < 1.0
-
-
-def test_steps_of_numpy_are_steps():
-    found = Motors(np.array([1, -2, 3]))
-    assert found == Motors((1, -2, 3))
-    assert {type(count) for count in found} == {int}
 
 
 def test_a_joint_of_any_unit_is_the_same_joint():

@@ -5,11 +5,10 @@ from dataclasses import replace
 
 import pytest
 from amounts import every_row
-from chain_cases import ASKEW, gap, turn_gap
+from chain_cases import gap, turn_gap
 from frame_cases import rotations
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from kinematics_cases import arm_and_posture
 from named_arms import (
     AR4,
     ARMS,
@@ -27,18 +26,16 @@ from named_arms import (
     calibrated,
 )
 
-from kinematics import Pose
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form, how_solved
-from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, frame_goal, pose_goal
+from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, Part, frame_goal
 from kinematics.chains.inverse import Reason, solve_frame_ik, solve_goal
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames.rotations import columns, multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import compose, rotation_of, transform, translation
-from kinematics.frames.vectors import X_AXIS, angle_between, dot, norm
+from kinematics.frames.vectors import angle_between, norm
 
 any_arm = st.sampled_from(sorted(ARMS))
 angles = st.floats(-3.1, 3.1)
@@ -127,16 +124,6 @@ def test_the_branches_of_every_branch_are_the_same_ones(name, data):
         assert all(min(turn_gap(a, b) for b in found) < 1e-4 for a in again)
 
 
-@every_row("name", sorted(ARMS))
-def test_a_base_and_a_tool_change_nothing(name):
-    chain = replace(ARMS[name], base=ASKEW, tool=ASKEW)
-    closed = closed_form(chain)
-    values = (0.3, -0.8, 1.1, 0.4, 0.7, -0.5, 0.2)[: len(chain)]
-    assert closed.family is closed_form(ARMS[name]).family
-    found = closed.branches(frame_goal(chain.fk(values)), values)
-    assert min(turn_gap(one, values) for one in found) < 1e-4
-
-
 @every_row("chain", [PUMA_560, KUKA_KR6, AR4, THOR], ids=["puma", "kr6", "ar4", "thor"])
 def test_a_straight_wrist_keeps_joint_4_of_the_present_posture(chain):
     values = (0.3, -0.8, 1.1, 0.4, 0.0, -0.5)
@@ -154,24 +141,6 @@ def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
     for one in closed_form(PUMA_560).branches(frame_goal(frame), values):
         assert gap(PUMA_560.fk(one), frame) < 1e-9
         assert gap(rotation_of(PUMA_560.fk(one)), rotation_of(frame)) < 1e-12
-
-
-def test_a_stretched_arm_is_solved_at_its_edge():
-    stretched = math.atan2(431.8, 20.3) - math.pi  # forearm in line with the upper arm
-    for third in (stretched, stretched + 1e-9, stretched + 1e-6):
-        values = (0.3, -0.8, third, 0.4, 0.6, -0.5)
-        found = closed_form(PUMA_560).branches(frame_goal(PUMA_560.fk(values)), values)
-        assert min(turn_gap(one, values) for one in found) < 1e-5
-
-
-def test_a_hand_above_the_base_axis_keeps_the_base_of_the_present_posture():
-    lift = 1.1  # an elbow over the base: wrist and tip are on the base axis, the hand upright
-    bend = 2.0 * (math.pi / 2 - lift)
-    upright = (0.7, lift, bend, math.pi / 2 - lift - bend, 0.6)
-    frame = MINI_MOVER.fk(upright)
-    assert math.hypot(frame[0][3], frame[1][3]) < 1e-9
-    near = closed_form(MINI_MOVER).nearest(frame_goal(frame), upright)
-    assert near == pytest.approx(upright, abs=1e-6)
 
 
 def limited(chain, low, high):
@@ -195,12 +164,6 @@ def test_the_nearest_posture_is_within_the_limits_and_the_nearest(name, data):
     kept = [one for one in closed.branches(goal, near) if not chain.violations(one)]
     nearest = min(math.dist(one, near) for one in kept)
     assert math.dist(found, near) == pytest.approx(nearest, abs=1e-6)
-
-
-def test_a_second_turn_is_taken_where_it_is_nearer():
-    wide = PUMA_560.within([(-7.0, 7.0)] * 6)
-    values = (5.9, -0.8, 1.1, 6.5, 0.6, -6.2)
-    assert closed_form(wide).nearest(frame_goal(wide.fk(values)), values) == pytest.approx(values)
 
 
 @settings(max_examples=40, deadline=None)
@@ -270,38 +233,14 @@ def test_a_goal_beyond_a_limit_names_the_joint_of_the_posture_that_breaks_it_lea
     assert [one.joint for one in solution.violations] == ["joint_1"]
 
 
-def test_seven_joints_are_solved_numerically():
-    values = (0.3, 0.8, 0.5, -1.1, 0.4, 0.7, -0.5)
-    frame = SEVEN_JOINTS.fk(values)
-    solution = solve_frame_ik(SEVEN_JOINTS, frame, values)
-    assert solution.ok
-    assert gap(SEVEN_JOINTS.fk(solution.joints), frame) < 1e-4
-
-
 # Goals: which turn leads from a hand to what is asked of it, and what is left free.
 
 
-any_angles = st.floats(-3.0, 3.0)
 hands = st.builds(lambda rotation: transform(rotation, (200.0, 50.0, 100.0)), rotations)
-free_parts = st.sets(st.sampled_from([Part.HEADING, Part.PITCH, Part.ROLL]))
 
 
 def hand_of(frame):
     return (frame[0][2], frame[1][2], frame[2][2])
-
-
-@given(hands, free_parts)
-def test_a_hand_at_its_goal_is_asked_nothing(frame, free):
-    assert norm(frame_goal(frame, ALL_PARTS - free).turn(frame)[0]) < 1e-7
-
-
-@given(hands, hands, free_parts)
-def test_what_is_wanted_is_a_rotation_that_wants_nothing_more(goal_frame, now, free):
-    goal = frame_goal(goal_frame, ALL_PARTS - free)
-    wanted = goal.wanted(now)
-    x, y, z = columns(wanted)
-    assert max(abs(dot(x, y)), abs(dot(y, z)), abs(dot(z, x))) < 1e-9
-    assert norm(goal.turn(transform(wanted, (0.0, 0.0, 0.0)))[0]) < 1e-6
 
 
 def nearly_opposite(tilt):
@@ -322,49 +261,6 @@ def test_with_the_roll_free_only_the_direction_is_turned(goal_frame, now):
     assert columns(goal.wanted(now))[2] == pytest.approx(hand_of(goal_frame), abs=1e-12)
 
 
-@given(hands, hands)
-def test_with_all_asked_the_goal_s_own_rotation_is_wanted(goal_frame, now):
-    wanted = frame_goal(goal_frame).wanted(now)
-    assert transform(wanted, (200.0, 50.0, 100.0)) == goal_frame
-
-
-@given(arm_and_posture)
-def test_a_pose_asks_for_the_hand_that_the_arm_gives_it(case):
-    arm, joints = case
-    pose = arm.fk(joints)
-    if math.hypot(pose.x_mm, pose.y_mm) < 1.0:
-        return
-    hand = forward_frame(joints.angles_rad, arm.lengths)
-    goal = pose_goal(pose)
-    assert norm(goal.turn(hand)[0]) < 1e-6
-    assert math.dist(*([row[3] for row in one] for one in (goal.frame, hand))) < 1e-9
-
-
-@given(arm_and_posture, st.floats(-1.0, 1.0))
-def test_a_free_pitch_or_roll_may_be_anything(case, change):
-    arm, joints = case
-    pose = arm.fk(joints)
-    if math.hypot(pose.x_mm, pose.y_mm) < 1.0:
-        return
-    base, shoulder, elbow, wrist, roll = joints.angles_rad
-    pitched = forward_frame((base, shoulder, elbow, wrist + change, roll), arm.lengths)
-    rolled = forward_frame((base, shoulder, elbow, wrist, roll + change), arm.lengths)
-    goal = pose_goal(pose)
-    assert norm(replace(goal, parts=ALL_PARTS - {Part.PITCH}).turn(pitched)[0]) < 1e-6
-    assert norm(replace(goal, parts=ALL_PARTS - {Part.ROLL}).turn(rolled)[0]) < 1e-6
-    assert norm(goal.turn(rolled)[0]) == pytest.approx(abs(change), abs=1e-6)
-
-
-@given(any_angles, st.floats(-3.0, 3.0), st.floats(-1.5, 1.5))
-def test_on_the_base_axis_the_plane_is_free(base, pitch, roll):
-    goal = pose_goal(Pose(0.0, 0.0, 500.0, pitch, roll))
-    assert Part.HEADING not in goal.parts
-    # a hand in any plane through the axis, with this pitch and roll in it
-    hand = forward_frame((base, 0.0, 0.0, pitch, roll), (0.0, 1.0, 1.0, 0.0))
-    if abs(math.cos(pitch)) > 1e-3:
-        assert norm(goal.turn(hand)[0]) < 1e-6
-
-
 def test_the_misses_are_named_by_axes():
     level = transform(rot_y(math.pi / 2), (300.0, 0.0, 100.0))  # the hand points along x
     goal = frame_goal(level)
@@ -377,9 +273,3 @@ def test_the_misses_are_named_by_axes():
         misses = {one: abs(miss) for one, _, miss in goal.turn(now)[1]}
         assert misses[part] == pytest.approx(0.1)
         assert sum(misses.values()) == pytest.approx(0.1)
-
-
-def test_a_vertical_hand_takes_its_plane_from_the_place():
-    down = transform(rot_x(math.pi), (0.0, 250.0, 100.0))
-    assert frame_goal(down).outwards == (0.0, 1.0, 0.0)
-    assert frame_goal(transform(rot_x(math.pi), (0.0, 0.0, 9.0))).outwards == X_AXIS

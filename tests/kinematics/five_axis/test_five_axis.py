@@ -3,11 +3,9 @@
 import math
 import random
 from dataclasses import replace
-from itertools import pairwise
 
 import pytest
 from amounts import every_row
-from chain_cases import gap
 from hypothesis import example, given
 from hypothesis import strategies as st
 from kinematics_cases import (
@@ -19,16 +17,13 @@ from kinematics_cases import (
     arm_and_posture,
     distance_mm,
     goals,
-    postures,
     same_pose,
     turn_between,
 )
 
 from kinematics import (
-    BadNumber,
     Constraint,
     FiveAxisArm,
-    JointLimit,
     JointRange,
     Joints,
     Pose,
@@ -36,7 +31,6 @@ from kinematics import (
 )
 from kinematics.five_axis.nearest import nearest
 from kinematics.geometry import AXIS_MM
-from kinematics.limits import refuse_worst
 from kinematics.presets import PRESETS
 
 FREE = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-400, 400),) * 5)
@@ -44,21 +38,6 @@ FREE = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-400, 400),) * 5)
 
 arms = st.sampled_from((TEACHMOVER, UNEVEN, FREE, HALF_TURNS))
 seeds = st.tuples(*[st.floats(-4.0, 4.0)] * 5)
-
-
-def test_the_zero_posture_stretches_forward_at_shoulder_height():
-    pose = TEACHMOVER.fk(Joints.of(0, 0, 0, 0, 0))
-    assert same_pose(pose, Pose(452.1, 0, 193.7, 0))
-
-
-@given(arm_and_posture)
-def test_the_points_end_at_the_tip_and_keep_the_lengths(case):
-    arm, joints = case
-    points = arm.points(joints)
-    lengths = [math.dist(a, b) for a, b in pairwise(points)]
-    assert lengths == pytest.approx(arm.lengths)
-    pose = arm.fk(joints)
-    assert points[4] == pytest.approx(pose.position_mm, abs=1e-9)
 
 
 @given(arm_and_posture)
@@ -71,35 +50,6 @@ def test_every_branch_holds_the_pose_even_beyond_the_limits(case):
     for branch in branches:
         assert same_pose(arm.fk(branch.joints), pose, mm=1e-4)
         assert branch.violations == arm.violations(branch.joints)
-
-
-@given(goals, st.sampled_from((TEACHMOVER, UNEVEN)))
-def test_every_branch_of_any_goal_holds_it_and_bends_the_elbow_by_half_a_turn_at_most(goal, arm):
-    for branch in arm.branches(goal):
-        assert same_pose(arm.fk(branch.joints), goal, mm=1e-4)
-        assert abs(branch.joints["elbow"]) <= math.pi
-
-
-@given(arm_and_posture)
-def test_the_posture_itself_is_among_the_branches_of_its_pose(case):
-    arm, joints = case
-    pose = arm.fk(joints)
-    if math.hypot(pose.x_mm, pose.y_mm) < 1e-3:
-        return  # the base is free there, and others of the family are returned
-    nearest = min(
-        max(abs(a - b) for a, b in zip(branch.joints, joints, strict=True))
-        for branch in arm.branches(pose, joints)
-    )
-    assert nearest < 1e-5
-
-
-@given(arms.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))))
-def test_ik_returns_a_posture_within_limits_for_every_pose_that_one_has(case):
-    arm, joints = case
-    pose = arm.fk(joints)
-    solved = arm.ik(pose, joints)
-    assert not arm.violations(solved)
-    assert same_pose(arm.fk(solved), pose, mm=1e-4)
 
 
 def test_elbow_up_and_base_front_mean_what_they_say():
@@ -119,25 +69,6 @@ def test_roll_is_solved_to_the_turn_nearest_the_seed(turns):
     assert abs(pose.roll_deg) == pytest.approx(170)
     assert TEACHMOVER.ik(pose, joints).angles_rad == pytest.approx(joints.angles_rad)
     assert abs(TEACHMOVER.ik(pose)["wrist_roll"]) == pytest.approx(math.radians(170))
-
-
-def test_a_base_beyond_half_a_turn_wraps_into_its_range():
-    pose = UNEVEN.fk(Joints.of(183, 40, -60, 0, 0))
-    solved = UNEVEN.ik(pose, Joints.of(170, 40, -60, 0, 0))
-    assert math.degrees(solved["base"]) == pytest.approx(183)
-
-
-def test_a_posture_behind_holds_the_pose_of_the_front_posture_that_holds_it_alike():
-    behind = Joints.of(0, 144, -20, 40, 0)
-    pose = TEACHMOVER.fk(behind)
-    assert pose.x_mm < 0
-    assert pose.pitch_deg == pytest.approx(180 - 164)
-    assert abs(pose.roll_deg) == pytest.approx(180)
-    (front,) = (
-        branch for branch in TEACHMOVER.branches(pose) if branch.name == "base front, elbow down"
-    )
-    turned = TEACHMOVER.points(front.joints)
-    assert gap(turned, TEACHMOVER.points(behind)) < 1e-6
 
 
 @given(st.floats(-1.5, 1.5), st.floats(0.0, 40.0))
@@ -161,27 +92,6 @@ def test_on_the_base_axis_an_elevation_that_only_its_mirror_image_holds_is_held(
     assert arm.solve(pose) == arm.ik(pose)  # the same answer without a reason
 
 
-def test_a_free_base_beyond_its_limits_is_brought_within():
-    solved = TEACHMOVER.ik(Pose(0, 0, 470, 0), Joints.of(120, 120, -60, -60, 0))
-    assert math.degrees(solved["base"]) == pytest.approx(90)
-
-
-def test_straight_up_is_reached_by_an_arm_whose_hand_points_up():
-    pose = Pose.of(x_mm=0, y_mm=0, z_mm=193.7 + 452.1, pitch_deg=90)
-    solved = TEACHMOVER.ik(pose)
-    assert solved.deg["shoulder"] == pytest.approx(90, abs=1e-3)
-    assert same_pose(TEACHMOVER.fk(solved), pose, mm=1e-4)
-
-
-def test_a_folded_arm_of_equal_links_has_a_free_shoulder():
-    arm = replace(TEACHMOVER, limits=(JointRange.of(-180, 180),) * 5)
-    seed = Joints.of(0, 33, 180, 0, 0)
-    pose = Pose(96.5, 0, 193.7, 0)
-    for branch in arm.branches(pose, seed):
-        assert "base back" in branch.name or branch.joints["shoulder"] == pytest.approx(seed[1])
-        assert same_pose(arm.fk(branch.joints), pose)
-
-
 def test_too_far_says_how_far_and_what_is_near():
     with pytest.raises(Unreachable) as caught:
         TEACHMOVER.ik(Pose(600, 0, 193.7, 0))
@@ -194,13 +104,6 @@ def test_too_far_says_how_far_and_what_is_near():
         "147.9 mm beyond the 355.6 mm that upper arm and forearm span; nearest pose that can be "
         "reached with this pitch: x 452.1, y 0.0, z 193.7 mm, pitch 0.0°, roll 0.0°"
     )
-
-
-def test_too_near_says_so_where_the_links_cannot_fold_up():
-    with pytest.raises(Unreachable, match="nearer to the shoulder than the 80") as caught:
-        UNEVEN.ik(Pose(110, 0, 100, 0))
-    assert caught.value.constraint is Constraint.TOO_NEAR
-    assert caught.value.excess == pytest.approx(30)
 
 
 def test_a_joint_limit_is_named_with_value_and_bound():
@@ -242,26 +145,6 @@ def test_what_cannot_be_reached_names_something_that_can(goal):
     assert distance_mm(error.nearest, goal) > 1e-3
 
 
-@every_row("bad", [math.nan, math.inf, -math.inf, "250", None, True])
-def test_what_is_no_number_never_becomes_a_pose(bad):
-    with pytest.raises(BadNumber, match="y_mm"):
-        Pose(200.0, bad, 100.0, 0.0)
-    with pytest.raises(BadNumber, match="elbow_rad"):
-        Joints((0.0, 0.0, bad, 0.0, 0.0))
-    with pytest.raises(BadNumber, match="forearm_mm"):
-        FiveAxisArm(195, 177.8, bad, 96.5, TEACHMOVER.limits)
-
-
-def test_the_refusal_names_the_joint_that_passes_its_limit_furthest():
-    refuse_worst(TEACHMOVER.violations(Joints.of(90, 144, -149, 90, 360)))
-    with pytest.raises(
-        JointLimit, match=r"elbow would have to be at 20\.0°, 20\.0° beyond"
-    ) as caught:
-        refuse_worst(TEACHMOVER.violations(Joints.of(95, 0, 20, 0, 0)))
-    assert caught.value.joint == "elbow"
-    assert turn_between(caught.value.excess_rad, math.radians(20)) < 1e-9
-
-
 def best_of_all(arm, goal, seed):
     """The least sum of squared changes of any branch within limits, or None."""
     inside = [one.joints for one in arm.branches(goal, seed) if one.within_limits]
@@ -289,23 +172,6 @@ def test_no_branch_within_limits_is_nearer_to_the_seed(arm, goal, angles):
 
 
 # The reachable pose nearest to a goal.
-
-
-@given(any_arm, goals)
-def test_the_answer_can_be_reached_and_is_as_far_as_it_says(arm, goal):
-    found = nearest(arm, goal)
-    solved = arm.ik(found.pose)
-    assert same_pose(arm.fk(solved), found.pose, mm=1e-4)
-    assert not arm.violations(found.joints)
-    assert same_pose(arm.fk(found.joints), found.pose)
-    assert found.distance_mm == pytest.approx(distance_mm(found.pose, goal), abs=1e-9)
-
-
-@given(arm_and_posture)
-def test_a_pose_in_reach_is_its_own_nearest(case):
-    arm, joints = case
-    pose = arm.fk(joints)
-    assert nearest(arm, pose, joints).distance_mm < 1e-4
 
 
 def postures_like(arm, goal, seed, count):
@@ -338,44 +204,6 @@ def test_no_posture_of_that_pitch_and_roll_is_nearer(arm, goal, seed):
         assert distance_mm(pose, goal) >= found.distance_mm - 1e-4
         assert found.pose.pitch_rad == goal.pitch_rad
         assert found.pose.roll_rad == goal.roll_rad
-
-
-@given(arm_and_posture, st.integers(0, 2**32), st.floats(0.0, 30.0))
-def test_no_posture_close_to_the_answer_is_nearer(case, seed, push):
-    """Goals just outside the reach, and random postures beside the answer's own."""
-    arm, joints = case
-    pose = arm.fk(joints)
-    goal = Pose(
-        pose.x_mm * 1.3 + push, pose.y_mm * 1.3, pose.z_mm - push, pose.pitch_rad, pose.roll_rad
-    )
-    found = nearest(arm, goal)
-    chance = random.Random(seed)
-    for _ in range(60):
-        size = 10.0 ** chance.uniform(-6, -1)
-        base, shoulder, elbow, _, _ = (
-            bounds.clamp(angle + chance.uniform(-size, size))
-            for angle, bounds in zip(found.joints, arm.limits, strict=True)
-        )
-        wrist = sum(found.joints.angles_rad[1:4]) - shoulder - elbow
-        beside = Joints((base, shoulder, elbow, wrist, found.joints[4]))
-        pose = arm.fk(beside)
-        if not arm.violations(beside) and turn_between(pose.pitch_rad, goal.pitch_rad) < 1e-6:
-            assert distance_mm(pose, goal) >= found.distance_mm - 1e-4
-
-
-@every_row(
-    "goal, expected",
-    [
-        (Pose(600, 0, 193.7, 0), Pose(452.1, 0, 193.7, 0)),
-        (Pose(0, 600, 193.7, 0), Pose(0, 452.1, 193.7, 0)),
-        (
-            Pose.of(x_mm=0, y_mm=0, z_mm=900, pitch_deg=90),
-            Pose.of(x_mm=0, y_mm=0, z_mm=645.8, pitch_deg=90),
-        ),
-    ],
-)
-def test_beyond_full_stretch_the_nearest_is_full_stretch(goal, expected):
-    assert same_pose(nearest(TEACHMOVER, goal).pose, expected)
 
 
 def test_a_pitch_that_no_posture_holds_becomes_the_nearest_that_one_does():
@@ -423,13 +251,6 @@ def facing_forward(elbow):
     return FiveAxisArm(
         *TEACHMOVER.lengths, (JointRange.of(-60, 60), full, elbow, full, JointRange.of(-30, 30))
     )
-
-
-def test_a_goal_behind_an_arm_that_must_face_forward_is_met_at_the_base_axis():
-    arm = facing_forward(JointRange.of(-180, 180))
-    found = nearest(arm, Pose(-100, 0, 300, 0.3))
-    assert same_pose(found.pose, Pose(0, 0, 300, 0.3))
-    assert found.distance_mm == pytest.approx(100)
 
 
 def test_where_the_goals_height_is_not_on_the_axis_the_arm_stops_where_it_crosses_the_axis():

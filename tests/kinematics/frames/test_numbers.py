@@ -7,22 +7,19 @@ from amounts import every_row
 from chain_cases import gap
 from frame_cases import any_angle
 from hypothesis import given
-from hypothesis import strategies as st
 from kinematics_cases import Dual
 
 from kinematics.frames import numbers
-from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, atan2, cos_sin, is_own_kind
+from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, atan2, cos_sin
 from kinematics.frames.orientations import RPY, AxisAngle, EulerZYZ
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import (
     compose,
     invert,
-    position_of,
     transform,
     transform_point,
     translation,
 )
-from kinematics.frames.vectors import X_AXIS, angle_between, norm
 
 
 class Own:
@@ -48,12 +45,6 @@ class Own:
 
 
 @every_row("name", ["sin", "cos", "sqrt", "acos"])
-@every_row("value", [0.5, 1, True])
-def test_plain_numbers_go_to_math(name, value):
-    assert getattr(numbers, name)(value) == getattr(math, name)(value)
-
-
-@every_row("name", ["sin", "cos", "sqrt", "acos"])
 def test_a_number_of_another_kind_is_asked_itself(name):
     assert getattr(numbers, name)(Own()) == f"own {name}"
 
@@ -65,11 +56,6 @@ def test_either_side_of_a_direction_may_be_of_another_kind():
     assert atan2(Own(), Own()) == "own atan2 of Own"
 
 
-def test_only_what_brings_its_functions_is_of_another_kind():
-    assert is_own_kind(Own())
-    assert not any(map(is_own_kind, (0.0, 1, True, "1", None)))
-
-
 @every_row("quarters", range(-5, 6))
 @every_row("off", [0.0, QUARTER_TOLERANCE_RAD / 2, -QUARTER_TOLERANCE_RAD / 2])
 def test_whole_quarter_turns_are_exact(quarters, off):
@@ -78,15 +64,6 @@ def test_whole_quarter_turns_are_exact(quarters, off):
     assert (cosine, sine) == pytest.approx(
         (math.cos(quarters * math.pi / 2), math.sin(quarters * math.pi / 2)), abs=1e-12
     )
-
-
-@given(st.floats(-10.0, 10.0))
-def test_any_other_angle_keeps_its_cosine_and_sine(angle):
-    assert cos_sin(angle) == pytest.approx((math.cos(angle), math.sin(angle)), abs=1e-11)
-
-
-def test_a_constant_of_another_kind_is_asked_itself():
-    assert cos_sin(Own()) == ("own cos", "own sin")
 
 
 def slopes(rows):
@@ -120,11 +97,3 @@ def test_a_matrix_of_dual_numbers_is_the_matrix_and_its_derivative(make, angle):
     found = slopes(make(Dual(angle, 1.0)))
     expected = differences(make, angle)
     assert gap(found, expected) < 1e-6
-
-
-def test_lengths_and_angles_of_dual_numbers_have_their_slopes():
-    turning = (Dual(3.0, -4.0), Dual(4.0, 3.0), 0.0)  # one rad/s about Z, at the length 5
-    assert norm(turning) == Dual(5.0, 0.0)
-    assert angle_between(X_AXIS, turning).slope == pytest.approx(1.0)
-    hand = position_of(compose(transform(rot_z(Dual(0.0, 1.0)), (0, 0, 0)), translation(7.0, 0, 0)))
-    assert hand[1] == Dual(0.0, 7.0)

@@ -5,7 +5,7 @@ import math
 import pytest
 from amounts import every_row
 from chain_cases import gap
-from frame_cases import any_angle, rotations, vectors
+from frame_cases import any_angle, rotations
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,45 +14,16 @@ from kinematics import (
     KinematicsError,
     NotARotation,
     check_rotation,
-    turn_between,
 )
 from kinematics.frames.rotations import (
     IDENTITY,
-    columns,
     determinant,
-    from_columns,
     multiply,
     rot_x,
     rot_y,
-    rot_z,
-    rotate,
     rotation_between,
     transpose,
 )
-from kinematics.frames.vectors import X_AXIS, Y_AXIS, Z_AXIS, cross, dot, norm
-
-about = pytest.mark.parametrize(
-    ("rot", "axis", "across", "onto"),
-    [
-        (rot_x, X_AXIS, Y_AXIS, Z_AXIS),
-        (rot_y, Y_AXIS, Z_AXIS, X_AXIS),
-        (rot_z, Z_AXIS, X_AXIS, Y_AXIS),
-    ],
-)
-
-
-@about
-def test_a_quarter_turn_leads_from_one_axis_to_the_next(rot, axis, across, onto):
-    quarter = rot(math.pi / 2)
-    assert rotate(quarter, axis) == axis
-    assert gap(rotate(quarter, across), onto) < 1e-15
-
-
-@about
-@given(first=any_angle, second=any_angle)
-def test_turns_about_one_axis_add_up(rot, axis, across, onto, first, second):
-    assert gap(multiply(rot(first), rot(second)), rot(first + second)) < 1e-12
-    assert gap(transpose(rot(first)), rot(-first)) == 0.0
 
 
 @given(any_angle, any_angle)
@@ -76,22 +47,6 @@ def test_rotations_are_a_group(a, b, c):
     assert multiply(a) == a
 
 
-@given(rotations, vectors, vectors)
-def test_rotations_keep_lengths_angles_and_handedness(m, u, v):
-    size = 1.0 + norm(u) * norm(v)
-    assert math.isclose(norm(rotate(m, u)), norm(u), abs_tol=1e-9)
-    assert math.isclose(dot(rotate(m, u), rotate(m, v)), dot(u, v), abs_tol=1e-12 * size)
-    assert gap(rotate(m, cross(u, v)), cross(rotate(m, u), rotate(m, v))) < 1e-12 * size
-
-
-@given(rotations)
-def test_the_columns_are_the_turned_axes(m):
-    assert columns(m) == tuple(rotate(m, axis) for axis in (X_AXIS, Y_AXIS, Z_AXIS))
-    assert from_columns(*columns(m)) == m
-    trace = m[0][0] + m[1][1] + m[2][2]
-    assert math.isclose(trace, 1 + 2 * math.cos(turn_between(IDENTITY, m)), abs_tol=1e-12)
-
-
 @given(st.lists(rotations, max_size=5), st.data())
 def test_any_frame_of_a_chain_is_seen_from_any_other(steps, data):
     ends = st.integers(0, len(steps))
@@ -101,18 +56,6 @@ def test_any_frame_of_a_chain_is_seen_from_any_other(steps, data):
     assert rotation_between(steps, i, i) == IDENTITY
     for at, step in enumerate(steps):
         assert rotation_between(steps, at, at + 1) == step
-
-
-def test_a_chain_has_no_frames_beyond_its_ends():
-    with pytest.raises(IndexError, match="frames 0 to 1, not 0 to 2"):
-        rotation_between([IDENTITY], 0, 2)
-    with pytest.raises(IndexError):
-        rotation_between([IDENTITY], -1, 0)
-
-
-@given(rotations)
-def test_a_rotation_passes_the_check_unchanged(m):
-    assert check_rotation(m) == m
 
 
 @every_row(
@@ -143,15 +86,6 @@ def test_the_check_says_what_is_wrong_and_by_how_much(matrix, said):
         check_rotation(matrix)
     assert list(refused.value.flaws) == said
     assert all(flaw in str(refused.value) for flaw in refused.value.flaws)
-
-
-@given(rotations, st.integers(0, 2), st.integers(0, 2), st.floats(1e-7, 1.0))
-def test_no_spoiled_entry_slips_through(m, row, column, by):
-    rows = [list(entries) for entries in m]
-    rows[row][column] += by
-    spoiled = tuple(map(tuple, rows))
-    with pytest.raises(NotARotation):
-        check_rotation(spoiled)
 
 
 @every_row(

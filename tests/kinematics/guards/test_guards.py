@@ -21,7 +21,7 @@ from kinematics_cases import (
     same_pose,
 )
 
-from kinematics import PRESETS, Guards, Joints, Pose, nearest_allowed, preset
+from kinematics import Guards, Joints, Pose, nearest_allowed
 from kinematics.guards import AngleSum, link_names
 from kinematics.guards.shapes import Box, Column, point_distance_mm, segment_distance_mm
 
@@ -36,16 +36,6 @@ def at(x_mm, z_mm, pitch_deg, elbow="up", arm=LOOSE):
     raise AssertionError("not in reach")
 
 
-def depth_mm(guards, arm, joints):
-    """How deep a posture is inside the guards; 0 outside all of them."""
-    return max((one.excess_mm for one in guards.violations(arm, joints)), default=0.0)
-
-
-def test_a_posture_in_the_open_breaks_nothing():
-    assert GUARDS.violation(LOOSE, at(250, 120, -90)) is None
-    assert depth_mm(GUARDS, LOOSE, at(250, 120, -90)) == 0.0
-
-
 @every_row("z_mm, broken", [(0.0, False), (-0.9, False), (-1.1, True)])
 def test_the_table_has_a_tolerance(z_mm, broken):
     violation = GUARDS.violation(LOOSE, at(250, z_mm, -90))
@@ -58,14 +48,6 @@ def test_below_the_table_says_which_point_and_how_deep():
     assert (violation.value, violation.bound) == (pytest.approx(-12), 0.0)
     assert violation.excess_mm == pytest.approx(12)
     assert violation.sentence == "the tip would be 12.0 mm below the table"
-
-
-def test_the_wrist_and_the_elbow_are_kept_above_the_table_too():
-    hand_up = GUARDS.violation(LOOSE, at(250, 60, 90))
-    assert hand_up.quantity == "wrist z"
-    low = Joints.of(0, -90, 60, 30, 0)
-    arm = replace(LOOSE, base_height_mm=150.0)
-    assert "elbow z" in {broken.quantity for broken in GUARDS.violations(arm, low)}
 
 
 @every_row(
@@ -99,19 +81,6 @@ def test_a_hand_that_points_backwards_into_the_base_is_refused():
     assert only_hand.violation(LOOSE, at(50, 20, -150)) is None  # the wrist is far enough out
 
 
-def test_leaving_a_guard_makes_it_shallower():
-    depths = [depth_mm(GUARDS, LOOSE, at(x_mm, 300, 0)) for x_mm in (20, 30, 40, 50, 57)]
-    assert depths == sorted(depths, reverse=True)
-    assert depths[0] == pytest.approx(37)
-    assert depths[-1] == 0.0
-
-
-def test_the_deepest_of_several_is_named():
-    both = at(20, -30, -90)
-    assert {broken.guard for broken in GUARDS.violations(LOOSE, both)} == {"table", "inner radius"}
-    assert GUARDS.violation(LOOSE, both).guard == "inner radius"
-
-
 @given(goals)
 def test_the_nearest_allowed_pose_is_reachable_and_allowed(goal):
     found = nearest_allowed(TEACHMOVER, GUARDS, goal)
@@ -135,11 +104,6 @@ def test_a_goal_below_the_table_is_lifted_onto_it(r, z_mm, direction):
     found = nearest_allowed(TEACHMOVER, GUARDS, goal)
     assert -1.0 <= found.z_mm <= 0.01
     assert found.pitch_rad == goal.pitch_rad
-
-
-def test_guards_that_leave_no_room_have_no_answer():
-    walled_in = Guards(inner_radius_mm=500.0, inner_height_mm=900.0)
-    assert nearest_allowed(TEACHMOVER, walled_in, Pose(250, 0, 100, 0)) is None
 
 
 # Guards on the links as capsules, and on sums of joints: what each says and what it leaves out.
@@ -180,18 +144,6 @@ def test_a_hand_keeps_its_radius_above_a_box():
     assert one.sentence == "the hand would be 5.0 mm inside the box 'vice'"
 
 
-def test_a_box_is_kept_from_the_forearm_and_not_only_from_the_hand():
-    shelf = Box("shelf", (180.0, -50.0, 260.0), (220.0, 50.0, 330.0))
-    found = broken(replace(THICK, boxes=(shelf,)), Joints.of(0, 60, -60, 0, 0))
-    assert set(found) == {("box shelf", "forearm")}
-
-
-def test_the_tolerance_is_that_of_the_file():
-    joints = over(190, 83.0)
-    assert broken(replace(BOXED, tolerance_mm=2.1), joints) == {}
-    assert broken(replace(BOXED, tolerance_mm=1.9), joints)
-
-
 def test_a_forearm_folded_onto_the_base_is_refused():
     folded = Joints.of(0, 30, -160, 90, 0)
     found = broken(BASED, folded)
@@ -217,11 +169,6 @@ def test_the_hand_against_the_upper_arm_is_the_only_pair_of_this_build():
     assert broken(THICK, Joints.of(0, 90, -90, -90, 0)) == {}
 
 
-def test_links_that_short_ones_separate_always_touch_and_are_left_out():
-    arm = replace(LOOSE, forearm_mm=55.0)
-    assert broken(THICK, Joints.of(0, 90, -149, -90, 0), arm) == {}
-
-
 @every_row("elbow_deg, value_deg", [(-141.0, -101.0), (6.0, 46.0)])
 def test_a_forearm_beyond_its_elevation_is_refused_in_degrees(elbow_deg, value_deg):
     guards = replace(OPEN, sums=(FOREARM,))
@@ -234,34 +181,6 @@ def test_a_forearm_beyond_its_elevation_is_refused_in_degrees(elbow_deg, value_d
     assert f"would be {value_deg:.1f}°, 1.0° beyond its bound of {bound_deg:.1f}°" in found.sentence
 
 
-def test_a_forearm_within_its_elevation_breaks_nothing_whatever_its_joints_are():
-    guards = replace(OPEN, sums=(FOREARM,))
-    for shoulder, elbow in ((100, -149), (-35, 60), (45, 0), (0, -100)):
-        assert guards.violations(LOOSE, Joints.of(0, shoulder, elbow, 0, 0)) == ()
-
-
-def test_a_difference_of_joints_may_be_bounded_too():
-    apart = AngleSum("fold", (("elbow", 1.0), ("wrist_pitch", -0.5)), -1.0, 1.0)
-    guards = replace(OPEN, sums=(apart,))
-    assert guards.violations(LOOSE, Joints.of(0, 0, 50, 0, 0)) == ()
-    assert guards.violation(LOOSE, Joints.of(0, 0, 50, -40, 0)).quantity == "fold"
-
-
-@every_row("key", PRESETS)
-def test_a_preset_knows_nothing_of_its_links_and_surroundings(key):
-    guards = preset(key).guards
-    assert (guards.radii_mm, guards.boxes, guards.sums) == ((), (), ())
-    assert guards.base_radius_mm is None
-
-
-@given(postures(TEACHMOVER))
-def test_the_base_turns_without_bringing_the_arm_nearer_to_itself(joints):
-    guards = replace(BASED, table=True)
-    turned = joints.replace(base=joints["base"] * 0.5 - 0.3)
-    here, there = (guards.violations(LOOSE, one) for one in (joints, turned))
-    assert [one.excess_mm for one in here] == pytest.approx([one.excess_mm for one in there])
-
-
 def test_a_chain_of_six_joints_has_capsules_along_its_links():
     names = link_names(PUMA)
     assert names[-1] == "hand"
@@ -272,27 +191,6 @@ def test_a_chain_of_six_joints_has_capsules_along_its_links():
     crate = Box("crate", (-1000.0, -1000.0, 0.0), (1000.0, 1000.0, 2000.0))
     everything = replace(guards, boxes=(crate,)).violations(PUMA, upright)
     assert {one.quantity for one in everything} == set(names)
-
-
-def test_folding_a_chain_onto_its_base_is_seen():
-    radii = (60.0,) * len(PUMA.moving_points)
-    guards = replace(OPEN, radii_mm=radii, base_radius_mm=90.0, base_top_mm=500.0)
-    found = [
-        one.guard
-        for shoulder in (60.0, 80.0, 90.0)
-        for elbow in (-60.0, -120.0, 120.0, 180.0, 220.0)
-        for one in guards.violations(
-            PUMA,
-            PUMA.joints_of(map(math.radians, (0.0, shoulder, elbow, 0.0, 0.0, 0.0))),
-        )
-    ]
-    assert "base column" in found
-
-
-@given(st.floats(0.0, 79.0), st.floats(0.5, 30.0))
-def test_rising_out_of_a_box_makes_it_shallower(z_mm, rise_mm):
-    depth, above = (depth_mm(BOXED, LOOSE, over(190, z)) for z in (z_mm, z_mm + rise_mm))
-    assert above <= depth + 1e-9
 
 
 # The nearest pose outside guards on links, boxes, and sums of joints.
@@ -418,27 +316,12 @@ def test_no_shorter_way_than_the_depth_leads_out_of_a_box(a, b, box, way):
     assert box.distance_mm(moved(a, by), moved(b, by)) < 1e-9
 
 
-@given(points, points)
-def test_a_segment_along_an_edge_is_measured_like_one_beside_it(a, b):
-    straight = (a, (a[0], a[1], b[2]))
-    tilted = (a, (a[0] + 1e-7, a[1], b[2]))
-    assert BOX.distance_mm(*straight) == pytest.approx(BOX.distance_mm(*tilted), abs=1e-3)
-
-
 @given(solids, points, points, shifts, shifts)
 @settings(max_examples=amount(50, 1000))
 def test_a_signed_distance_changes_by_no_more_than_the_ends_travel(solid, a, b, first, second):
     before = solid.distance_mm(a, b)
     after = solid.distance_mm(moved(a, first), moved(b, second))
     assert abs(after - before) <= max(math.hypot(*first), math.hypot(*second)) + 1e-5
-
-
-@given(points, points)
-def test_the_least_distance_from_the_column_is_found_along_a_segment(a, b):
-    exact = COLUMN.distance_mm(a, b)
-    nearest = min(COLUMN.distance_mm(p, p) for p in along(a, b, 100))
-    assert exact <= nearest + 1e-6
-    assert nearest - exact <= math.dist(a, b) / 200.0 + 1e-6
 
 
 @every_row(
@@ -454,13 +337,3 @@ def test_the_least_distance_from_the_column_is_found_along_a_segment(a, b):
 )
 def test_the_column_stands_on_the_table_and_ends_at_its_top(point, distance):
     assert COLUMN.distance_mm(point, point) == pytest.approx(distance)
-
-
-def test_a_thin_wall_that_is_pierced_further_is_deeper():
-    depths = [-WALL.distance_mm((-100.0, 0.0, 0.0), (x, 0.0, 0.0)) for x in (5.0, 20.0, 60.0)]
-    assert depths == pytest.approx([6.0, 21.0, 61.0])
-
-
-def test_a_segment_that_cuts_a_corner_leaves_across_it():
-    depth = -BOX.distance_mm((90.0, 0.0, 40.0), (0.0, 90.0, 40.0))
-    assert depth == pytest.approx(10.0 / math.sqrt(2.0))

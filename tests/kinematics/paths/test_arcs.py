@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -17,18 +16,14 @@ from kinematics import (
     ArcPart,
     JointPart,
     Joints,
-    KinematicsError,
     LinePart,
     NoArc,
     PathBroken,
     PosePart,
     Route,
-    line_path,
     route_sections,
 )
-from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.vectors import cross, dot, subtract, unit
-from kinematics.geometry import Tool
 from kinematics.paths.chords import corners, cut, posture_at
 from kinematics.paths.curves import round_through
 from kinematics.paths.routes import blend, lay
@@ -111,25 +106,6 @@ def test_an_arc_passes_its_via_point_and_turns_the_hand_in_proportion_to_the_swe
         assert here.roll_deg == pytest.approx(60 * share, abs=1e-6)
 
 
-def test_an_arc_backwards_has_the_same_corners():
-    via, goal = pose(310, 0, 100), pose(250, 100, 160, -60, 40)
-    there = arc_path(TEACHMOVER, START, via, goal)
-    back = arc_path(TEACHMOVER, there[-1], via, TEACHMOVER.fk(START))
-    assert len(there) == len(back)
-    for one, two in zip(there, reversed(back), strict=True):
-        assert one.angles_rad == pytest.approx(two.angles_rad, abs=1e-7)
-
-
-def test_a_full_circle_returns_with_the_hand_as_it_was():
-    through = replace(TEACHMOVER.fk(START), x_mm=250.0, y_mm=-40.0, z_mm=120.0)
-    corners = arc_path(TEACHMOVER, START, pose(280, -70, 120), through, sweep_rad=math.tau)
-    assert corners[-1].angles_rad == pytest.approx(START.angles_rad)
-    ways = sampled(TEACHMOVER, corners)
-    assert max(x for x, _, _ in ways) == pytest.approx(280, abs=1)
-    assert min(x for x, _, _ in ways) == pytest.approx(220, abs=1)
-    assert all(TEACHMOVER.fk(joints).pitch_deg == pytest.approx(-90) for joints in corners)
-
-
 @every_row("sweep_deg, x_mm, y_mm", [(90, 280, -70), (270, 220, -70)])
 def test_a_sweep_ends_an_arc_before_or_beyond_its_third_point(sweep_deg, x_mm, y_mm):
     goal = pose(250, -40, 120, -50)
@@ -137,13 +113,6 @@ def test_a_sweep_ends_an_arc_before_or_beyond_its_third_point(sweep_deg, x_mm, y
         TEACHMOVER, START, pose(280, -70, 120), goal, sweep_rad=math.radians(sweep_deg)
     )
     assert same_pose(TEACHMOVER.fk(corners[-1]), pose(x_mm, y_mm, 120, -50), mm=1e-6)
-
-
-def test_several_turns_are_not_taken_for_none():
-    corners = arc_path(
-        TEACHMOVER, START, pose(280, -70, 120), pose(250, -40, 120), sweep_rad=4 * math.tau
-    )
-    assert len(corners) > 4 * 8
 
 
 @every_row(
@@ -166,11 +135,6 @@ def test_points_that_draw_no_circle_are_refused(via, goal, words):
     assert refused.value.off_mm < 0.01
 
 
-def test_a_sweep_must_be_an_angle_forward():
-    with pytest.raises(KinematicsError, match="sweep_rad must be more than 0"):
-        arc_path(TEACHMOVER, START, pose(280, -70, 120), pose(250, -40, 120), sweep_rad=-1.0)
-
-
 def test_an_arc_that_leaves_the_reach_says_where():
     words = r"arc of part 1 of the route breaks at .* an arc that keeps clear"
     with pytest.raises(PathBroken, match=words) as broken:
@@ -181,12 +145,6 @@ def test_an_arc_that_leaves_the_reach_says_where():
     arc = round_through(point(TEACHMOVER.fk(START)), (440, 0, 120), (250, 100, 120))
     assert math.dist(place, arc.at(broken.value.fraction)) < 1e-6
     assert TEACHMOVER.solve(broken.value.point) is None
-
-
-def test_an_arc_through_the_base_axis_is_broken_there():
-    start = UNEVEN.ik(pose(100, 0, 350, 30))
-    with pytest.raises(PathBroken, match="because the arc meets the base axis"):
-        arc_path(UNEVEN, start, pose(0, 0, 370, 30), pose(-100, 0, 350, 30))
 
 
 @settings(max_examples=amount(3, 30))
@@ -202,23 +160,6 @@ def test_an_arc_of_six_joints_is_round_and_turns_the_hand_evenly(wide, yaw):
     assert math.dist(point(end), point(goal)) < 1e-3
     assert end.yaw_rad == pytest.approx(goal.yaw_rad, abs=1e-4)
     assert sharpest_deg(corners) <= 15.0
-
-
-def test_an_arc_of_a_tool_is_that_of_its_point():
-    arm = ToolArm(TEACHMOVER, Tool(along_mm=30, up_mm=10, side_mm=15))
-    start = arm.ik(pose(240, -60, 140, -60, 30))
-    via, goal = pose(270, 0, 140, -60), pose(240, 70, 130, -70, -10)
-    arc = round_through(point(arm.fk(start)), point(via), point(goal))
-    corners = arc_path(arm, start, via, goal, 0.2)
-    assert max(off_circle(arc, place) for place in sampled(arm, corners)) <= 0.2
-
-
-def test_ordinary_arcs_and_lines_have_some_tens_of_corners():
-    goal = pose(250, 100, 120)
-    assert len(line_path(TEACHMOVER, START, goal)) == 9
-    assert len(line_path(TEACHMOVER, START, pose(300, 80, 220, 0, 170))) == 17
-    assert len(arc_path(TEACHMOVER, START, pose(300, 0, 120), goal)) <= 20
-    assert len(arc_path(TEACHMOVER, START, pose(300, 0, 120), goal, 0.05)) <= 60
 
 
 # Blends past the point between two parts: how near, how smooth, and where there is none.
@@ -306,39 +247,6 @@ def test_a_blend_of_lines_is_begun_at_its_radius_or_half_way(first, via, goal, r
         assert math.dist(tip(TEACHMOVER, at(chord.start, chord.end, share)), ideal) <= 0.5
 
 
-def test_a_blend_of_lines_turns_the_hand_from_the_one_to_the_other():
-    before, behind = laid(START, LinePart(pose(250, 0, 120, -60, 40)), LinePart(pose(150, 0, 120)))
-    found = blend(TEACHMOVER, before, behind, 20.0)
-    middle = found.curve.pose(0.5)
-    leaves, enters = found.curve.pose(0.0), found.curve.pose(1.0)
-    assert middle.pitch_deg == pytest.approx((leaves.pitch_deg - 120 + enters.pitch_deg) / 4)
-    assert middle.roll_deg == pytest.approx((leaves.roll_deg + 80 + enters.roll_deg) / 4)
-
-
-def test_a_point_on_a_straight_line_is_passed_on_it():
-    before, behind = laid(START, LinePart(pose(250, 0, 120)), LinePart(pose(250, 100, 120)))
-    found = blend(TEACHMOVER, before, behind, 30.0)
-    for share in (0.1, 0.5, 0.8):
-        x, y, z = found.curve.tip(share)
-        assert (x, z) == pytest.approx((250, 120))
-        assert -30 < y < 30
-
-
-def test_a_tip_that_stands_still_along_a_line_is_not_blended():
-    turn = LinePart(pose(250, -100, 120, -60), blend_mm=20)
-    sections = route_sections(TEACHMOVER, Route(START, (turn, LinePart(pose(250, 0, 120)))))
-    assert [section.parts for section in sections] == [(1,), (2,)]
-    assert [section.blends_mm for section in sections] == [(0.0,), (0.0,)]
-
-
-def test_an_arc_is_left_at_most_a_quarter_of_a_turn_before_its_end():
-    circle = ArcPart(pose(280, -70, 120), pose(250, -40, 120), sweep_rad=math.tau)
-    before, behind = laid(START, circle, LinePart(pose(250, 0, 120)))
-    found = blend(TEACHMOVER, before, behind, 100.0)
-    assert found.leave == pytest.approx(0.75)
-    assert found.radius_mm == pytest.approx(30 * math.sqrt(2))
-
-
 def test_a_joint_blend_keeps_every_joint_within_its_range():
     high = TEACHMOVER.limits[2].high_rad
     start, via = Joints.of(0, 60, -40, -60, 0), Joints.of(20, 40, math.degrees(high), -60, 0)
@@ -347,14 +255,6 @@ def test_a_joint_blend_keeps_every_joint_within_its_range():
     found = blend(TEACHMOVER, before, behind, 50.0)
     for joints in corners(cut(TEACHMOVER, found.curve, posture_at(before, found.leave), 0.5)):
         assert not TEACHMOVER.violations(joints)
-
-
-def test_a_wrist_that_only_rolls_is_blended_in_the_joints():
-    roll = JointPart(START.replace(wrist_roll=1.0), blend_mm=5.0)
-    away = JointPart(START.replace(wrist_roll=1.0, base=START["base"] + 0.5))
-    (section,) = route_sections(TEACHMOVER, Route(START, (roll, away)))
-    assert section.parts == (1, 2)
-    assert section.corners[-1] == away.goal
 
 
 def test_a_blend_that_would_break_names_the_part_before_it():
@@ -370,11 +270,3 @@ def test_a_blend_that_would_break_names_the_part_before_it():
     assert broken.value.shape == "blend"
     calm = (*parts[:2], LinePart(pose(150, 0, 50), 20.0), parts[-1])
     assert len(route_sections(UNEVEN, Route(start, calm))) == 3
-
-
-def test_a_blend_radius_is_a_length():
-    for move in (LinePart, PosePart):
-        with pytest.raises(KinematicsError, match="blend_mm must not be less than 0"):
-            move(VIA, blend_mm=-1.0)
-    with pytest.raises(KinematicsError, match="blend_mm"):
-        ArcPart(VIA, VIA, blend_mm=math.nan)

@@ -9,13 +9,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from kinematics_cases import PUMA, TEACHMOVER, UNEVEN, same_pose
 from kinematics_cases import START as PUMA_START
-from route_cases import START, point, pose, poses, reached, sharpest_deg, tip
+from route_cases import START, point, pose, poses, sharpest_deg, tip
 
 from kinematics import (
     ArcPart,
     JointPart,
     Joints,
-    KinematicsError,
     LinePart,
     NoArc,
     PathBroken,
@@ -45,12 +44,6 @@ def test_a_route_of_one_line_is_that_line(first, goal):
     assert section.corners == expected
     assert section.parts == (1,)
     assert section.blends_mm == (0.0,)
-
-
-def test_a_line_to_where_the_arm_stands_is_a_section_too():
-    here = TEACHMOVER.fk(START)
-    (section,) = sections(START, LinePart(here))
-    assert section.corners == line_path(TEACHMOVER, START, here)
 
 
 def test_without_blends_every_part_is_a_section_that_ends_exactly():
@@ -105,34 +98,6 @@ def test_a_route_has_no_sharp_corners_and_breaks_by_name(first, one, two, three,
         assert len(section.corners) < 100 * len(section.parts)
 
 
-@given(poses, poses, poses, RADII)
-def test_a_route_backwards_has_the_same_points(first, one, two, radius):
-    start = TEACHMOVER.solve(first)
-    assume(start is not None)
-    postures = reached(TEACHMOVER, start, (one, two))
-    assume(postures is not None)
-    last = postures[-1].replace(base=postures[-1]["base"] / 2.0, wrist_pitch=-0.5)
-    there = (LinePart(one, radius), LinePart(two, radius), JointPart(last))
-    back = (JointPart(postures[-1], radius), LinePart(one, radius), LinePart(TEACHMOVER.fk(start)))
-    try:
-        forward = sections(start, *there)
-    except PathBroken:
-        return
-    reverse = sections(last, *back)
-    assert len(forward) == len(reverse)
-    for ahead, behind in zip(forward, reversed(reverse), strict=True):
-        assert len(ahead.corners) == len(behind.corners)
-        for a, b in zip(ahead.corners, reversed(behind.corners), strict=True):
-            assert a.angles_rad == pytest.approx(b.angles_rad, abs=1e-6)
-
-
-def test_a_line_and_back_is_turned_at_a_blend_without_reaching_the_point():
-    (section,) = sections(START, LinePart(VIA, 20.0), LinePart(TEACHMOVER.fk(START)))
-    ways = [tip(TEACHMOVER, joints)[1] for joints in section.corners]
-    assert max(ways) == pytest.approx(90.0, abs=0.5)
-    assert len(section.corners) < 60
-
-
 def test_a_broken_part_is_named_with_its_point():
     far = pose(600, 100, 120, -20)
     with pytest.raises(PathBroken, match="straight line of part 2 of the route breaks") as broken:
@@ -150,12 +115,6 @@ def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
     assert TEACHMOVER.ik(broken.value.__cause__.nearest, START)
 
 
-def test_an_arc_that_is_none_names_its_part():
-    with pytest.raises(NoArc, match=r"the points of part 2 of the route: .* lie in a line") as no:
-        sections(START, LinePart(VIA), ArcPart(pose(250, 120, 120), pose(250, 150, 120)))
-    assert no.value.part == 2
-
-
 def test_lines_of_one_route_are_in_one_posture():
     start, other = Joints.of(0, 50, -60, -20, 0), Joints.of(20, 10, 60, -90, 0)
     begin = UNEVEN.fk(start)
@@ -165,38 +124,6 @@ def test_lines_of_one_route_are_in_one_posture():
         sections(start, LinePart(goal), JointPart(other), LinePart(begin), arm=UNEVEN)
     assert broken.value.part == 3
     assert same_pose(broken.value.point, UNEVEN.fk(other))
-
-
-def test_a_line_that_begins_on_the_base_axis_breaks_at_its_part():
-    over = TEACHMOVER.ik(pose(0, 0, 470, 0))
-    with pytest.raises(PathBroken, match="meets the base axis") as broken:
-        sections(over, LinePart(pose(0, 0, 490, 0)), LinePart(pose(0, 100, 480, 0)))
-    assert broken.value.part == 2
-
-
-def test_a_joint_motion_needs_as_many_joints_as_the_arm():
-    wrong = Joints.of(0, 0, names=("one", "two"))
-    with pytest.raises(KinematicsError, match="has 5 joints, not 2"):
-        sections(START, JointPart(wrong))
-
-
-def test_no_parts_are_no_sections():
-    assert sections(START) == ()
-
-
-def test_ordinary_routes_have_modest_numbers_of_corners():
-    corners = [pose(x, y, 120) for x, y in ((250, 100), (150, 100), (150, -100), (250, -100))]
-    (square,) = sections(START, *(LinePart(corner, 20.0) for corner in corners))
-    assert len(square.corners) < 80
-    assert sharpest_deg(square.corners) <= 15.0
-
-
-def test_past_the_base_axis_corners_stand_closely():
-    """The base whirls round there: the chords show by how much the path bends."""
-    start = UNEVEN.ik(pose(100, 4, 350, 30))
-    (section,) = sections(start, LinePart(pose(-100, 4, 350, 30)), arm=UNEVEN, tolerance_mm=5.0)
-    assert sharpest_deg(section.corners) <= 15.0
-    assert 15 < len(section.corners) < 100
 
 
 @settings(max_examples=amount(3, 30))

@@ -17,9 +17,6 @@ from kinematics.frames.matrices import times
 from kinematics.paths.profiles import trapezoid
 from kinematics.paths.timing import MotionLimits, timed
 
-SPEEDS = (0.5, 0.4, 0.5, 0.8, 0.8)
-HARD = (2.0, 1.0, 2.0, 4.0, 4.0)
-
 
 def line_corners(tolerance_mm=0.1):
     start = TEACHMOVER.ik(Pose.of(x_mm=150, y_mm=-150, z_mm=150, pitch_deg=-60))
@@ -59,61 +56,6 @@ def test_a_motor_that_two_joints_drive_is_held_to_its_rate():
     limits = MotionLimits((1.0, 1.0), motors=((100.0, 0.0), (100.0, 100.0)), motor_hz=100.0)
     assert timed([(0.0, 0.0), (1.0, 1.0)], limits).duration_s == pytest.approx(2.0)
     assert timed([(0.0, 0.0), (1.0, -1.0)], limits).duration_s == pytest.approx(1.0)
-
-
-@every_row("jerk_s", [0.0, 0.1])
-def test_corners_on_one_straight_way_cost_nothing(jerk_s):
-    limits = MotionLimits(SPEEDS, HARD, jerk_s)
-    ends = (0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.4, -0.7, 0.2, 1.0)
-    between = [tuple(share * end for end in ends[1]) for share in (0.1, 0.15, 0.5, 0.52, 0.9)]
-    cut = timed([ends[0], *between, ends[1]], limits)
-    assert cut.duration_s == pytest.approx(timed(ends, limits).duration_s, rel=1e-9)
-
-
-def test_it_is_at_its_corners_when_it_says():
-    path = timed(line_corners(), MotionLimits(SPEEDS, HARD, 0.1))
-    assert path.at(-1.0) == path.corners[0]
-    assert path.at(path.duration_s + 1.0) == path.corners[-1]
-    for corner, t_s in zip(path.corners, path.times_s, strict=True):
-        assert path.at(t_s) == pytest.approx(corner, abs=1e-9)
-
-
-@every_row("jerk_s", [0.0, 0.15])
-def test_pieces_follow_the_profile(jerk_s):
-    path = timed(line_corners(), MotionLimits(SPEEDS, HARD, jerk_s))
-    pieces = path.pieces(0.02)
-    assert math.fsum(piece.duration_s for piece in pieces) == pytest.approx(path.duration_s)
-    assert set(path.corners[1:]) <= {piece.point for piece in pieces}
-    t_s = 0.0
-    for piece in pieces:
-        begin_s, t_s = t_s, t_s + piece.duration_s
-        assert piece.duration_s > 0.0
-        assert path.at(t_s) == pytest.approx(piece.point, abs=1e-9)
-        before, behind = (path.profile.at(x)[1] for x in (begin_s + 1e-9, t_s - 1e-9))
-        assert piece.duration_s <= 0.02 * (1 + 1e-6) or before == pytest.approx(behind, abs=1e-3)
-
-
-def test_a_long_way_at_one_speed_is_one_piece():
-    pieces = timed([(0.0,), (10.0,)], MotionLimits((1.0,), (4.0,))).pieces(0.05)
-    assert [piece.duration_s for piece in pieces[:5]] == pytest.approx([0.05] * 5)
-    assert pieces[5] == (pytest.approx((9.875,)), pytest.approx(9.75))
-    assert len(pieces) == 11
-
-
-def test_a_fraction_of_the_speed_leaves_the_accelerations():
-    limits = MotionLimits((1.0,), (4.0,))
-    assert timed([(0.0,), (10.0,)], limits, speed=0.5).duration_s == pytest.approx(20.125)
-
-
-def test_where_a_joint_turns_fast_the_path_slows_and_keeps_its_limits():
-    """Past the base axis at 4 mm: the base turns by half a circle, most of it within 20 mm."""
-    start = TEACHMOVER.ik(Pose.of(x_mm=4, y_mm=-75, z_mm=442, pitch_deg=-17))
-    goal = Pose.of(x_mm=4, y_mm=75, z_mm=442, pitch_deg=-17)
-    corners = [tuple(each) for each in line_path(TEACHMOVER, start, goal, 0.05)]
-    path = timed(corners, MotionLimits(SPEEDS, HARD, 0.05))
-    for (a, b), (before_s, behind_s) in zip(pairwise(corners), pairwise(path.times_s), strict=True):
-        for one, other, speed in zip(a, b, SPEEDS, strict=True):
-            assert abs(other - one) <= speed * (behind_s - before_s) * (1 + 1e-9)
 
 
 def test_timing_one_arm_loads_no_numpy():
@@ -293,12 +235,6 @@ def test_pieces_are_the_whole_motion_and_no_faster_than_the_limits(corners, limi
             assert abs(b - a) <= limit * piece.duration_s * (1 + 1e-6) + SKIPPED
         before = piece.point
     assert before == path.corners[-1] or not pieces
-
-
-@given(any_corners, motion_limits())
-def test_the_way_back_takes_as_long(corners, limits):
-    there, back = timed(corners, limits), timed(corners[::-1], limits)
-    assert back.duration_s == pytest.approx(there.duration_s, rel=1e-6)
 
 
 @given(any_corners, motion_limits(), st.floats(1, 20))

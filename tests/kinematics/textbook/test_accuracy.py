@@ -14,7 +14,6 @@ from kinematics.textbook.accuracy import (
     rounding_bound_mm,
     rounding_rms_mm,
     step_errors,
-    step_ranges,
     zero_errors,
 )
 
@@ -62,29 +61,6 @@ def test_rounding_to_whole_steps_stays_within_the_bound(joints):
     assert 0.05 < rounding_rms_mm(TEACHMOVER, STEPS, joints) < bound < 0.8
 
 
-def test_the_root_mean_square_of_roundings_is_what_roundings_show():
-    squares, expected = [], []
-    for step in range(400):
-        joints = Joints.of(*(low + 0.137 * step for low in (10, 40, -80, -20, 0)))
-        rounded, _ = STEPS.to_joints(STEPS.to_motors(joints))
-        squares.append(distance_mm(TEACHMOVER.fk(rounded), TEACHMOVER.fk(joints)) ** 2)
-        expected.append(rounding_rms_mm(TEACHMOVER, STEPS, joints) ** 2)
-    assert math.sqrt(sum(squares) / sum(expected)) == pytest.approx(1.0, abs=0.1)
-
-
-def test_the_stated_resolution_is_the_elbow_s_step_rounded_in_inches():
-    ranges = {one.motor: one for one in step_ranges(TEACHMOVER, STEPS)}
-    elbow = ranges["elbow"]
-    assert elbow.same_everywhere
-    assert round(elbow.most_mm / 25.4, 3) == 0.011
-    assert round(0.011 * 25.4, 2) == 0.28
-    assert [name for name, one in ranges.items() if one.same_everywhere and one.explains(0.28)] == [
-        "elbow"
-    ]
-    assert ranges["base"].least_mm < 0.28 < ranges["base"].most_mm
-    assert ranges["base"].most_mm == pytest.approx(452.1 * math.tau / 7072, rel=1e-3)
-
-
 def test_the_resolution_is_explained_in_words():
     said = explain_resolution(TEACHMOVER, STEPS, 0.28)
     assert said[2] == (
@@ -130,10 +106,3 @@ def test_a_wrong_gearing_shows_the_more_the_farther_from_the_reference():
     missed = math.radians(10) * (1 - 1 / 1.02)
     out = math.hypot(tip.x_mm, tip.y_mm)
     assert near.distance_mm == pytest.approx(out * missed, rel=1e-4)
-
-
-def test_a_wrong_elbow_gearing_is_the_published_contradiction():
-    errors = gearing_errors(TEACHMOVER, STEPS, Joints.of(0, 40, -60, 0, 0), 672 / 661.8 - 1)
-    assert by_cause(errors)["elbow"].distance_mm == pytest.approx(
-        177.8 * math.radians(20) * (1 - 661.8 / 672), rel=1e-3
-    )

@@ -2,18 +2,14 @@
 
 import math
 
-import pytest
 from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.chains.chain import Chain
-from kinematics.chains.links import Convention, DHLink
 from kinematics.textbook.efficiency import (
     Ledger,
     Tally,
     efficiency,
-    forward_ways,
     plain,
 )
 from kinematics.textbook.systems import SYSTEMS
@@ -46,14 +42,6 @@ def test_counting_numbers_compute_what_floats_do(a, b):
     assert (x < y, x <= b, x == a, bool(x)) == (a < b, a <= b, True, bool(a))
 
 
-def test_a_counting_number_is_never_taken_for_a_float():
-    number = Ledger().number(0.5)
-    with pytest.raises(TypeError):
-        math.sin(number)
-    with pytest.raises(TypeError):
-        float(number)
-
-
 def test_the_minimover_s_counts():
     forward = by_name(efficiency(SYSTEMS["minimover5"]).forward)
     assert forward["straight line"] == Tally(23, 12, sines=10)
@@ -72,11 +60,3 @@ def test_every_system_s_ways_are_counted(name):
     branches = set(SYSTEMS[name].signs)
     counted = {way.name for way in found.inverse}
     assert counted == (set() if name in FREE_OF_ARITHMETIC else branches)
-
-
-def test_a_table_of_one_s_own_is_counted_as_well():
-    chain = Chain((DHLink(a_mm=100.0), DHLink(a_mm=50.0)), Convention.CRAIG)
-    ways = by_name(forward_ways(chain, (0.1, 0.2)))
-    assert ways["affine products"].sines == 4
-    assert ways["straight line"].multiplications < ways["affine products"].multiplications
-    assert str(ways["affine products"]) == "48 multiplications, 27 additions, 4 sines"

@@ -149,14 +149,6 @@ def test_a_degenerate_goal_is_named_and_its_free_joints_take_the_seed(one, goal,
         assert one.goal_of(one.fk(each.joints)) == pytest.approx(goal, abs=1e-7)
 
 
-def test_systems_without_a_boundary_refuse_nothing_but_say_which_limit_breaks():
-    for name, goal in (("two-link-3", (3e3, 4e3)), ("two-link-5", (5e3, 5e3))):
-        for branch in system(name).ik(goal):
-            assert not branch.within_limits
-    (branch, _) = system("two-link-3").ik((3e3, 4e3))
-    assert (branch.violations[0].joint, branch.violations[0].excess) == ("d2", 4700.0)
-
-
 @EACH
 def test_a_figure_with_the_lengths(one):
     figure = one.figure()

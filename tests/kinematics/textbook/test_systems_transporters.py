@@ -4,7 +4,6 @@ import math
 
 import pytest
 from amounts import every_row
-from chain_cases import ALPHA_II
 from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
@@ -55,22 +54,6 @@ def test_the_sphere_has_four_solutions_and_a_slide_that_cannot_retract_has_two()
     for branch in found:
         assert same_joints(system("spherical"), branch.joints, expected[branch.name])
     assert [b.within_limits for b in found] == [True, True, False, False]
-
-
-def test_elbow_up_is_above_the_line_from_shoulder_to_end_point():
-    one = REVOLUTE.sized(200.0, 180.0, 140.0)
-    for branch in one.ik((150.0, -120.0, 260.0)):
-        lean = math.sin(branch.joints[1]) * 180.0
-        height = math.cos(branch.joints[1]) * 180.0
-        out, up = math.hypot(150.0, 120.0) * (1.0 if "front" in branch.name else -1.0), 60.0
-        above = (height * out - lean * up) * math.copysign(1.0, out)
-        assert ("elbow up" in branch.name) == (above > 0.0)
-
-
-def test_the_lectures_link_table_is_the_alpha_ii_s():
-    chain = ALPHA_2.chain()
-    rows = [(link.theta_rad, link.d_mm, link.a_mm, link.alpha_rad) for link in chain.links]
-    assert rows == [(one.theta_rad, one.d_mm, one.a_mm, one.alpha_rad) for one in ALPHA_II.links]
 
 
 def test_the_alpha_ii_stands_straight_on_in_its_home_position():

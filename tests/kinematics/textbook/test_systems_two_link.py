@@ -82,16 +82,6 @@ def test_type_2_first_matrix_as_section_6_prints_it():
     assert gap(first, printed) < 1e-12
 
 
-def test_type_1_elbow_up_and_down_of_a_right_angled_triangle():
-    up, down = TWO_LINK_1.sized(300.0, 400.0).ik((300.0, 400.0))
-    assert (up.name, down.name) == ("elbow up", "elbow down")
-    assert up.joints == pytest.approx((2.0 * math.atan2(4.0, 3.0), -math.pi / 2.0))
-    assert down.joints == pytest.approx((0.0, math.pi / 2.0))
-    workings = {one.symbol: (one.value, one.unit) for one in down.workings}
-    assert workings["D"] == pytest.approx((500.0, "mm"), abs=0)
-    assert workings["cos(bend)"][0] == pytest.approx(0.0, abs=1e-12)
-
-
 @EACH
 @given(data=st.data())
 def test_the_workspace_holds_exactly_what_a_branch_within_limits_reaches(one, data):

@@ -15,7 +15,6 @@ from kinematics.chains.assignment import (
     zero_position,
 )
 from kinematics.chains.links import Convention, JointKind
-from kinematics.errors import BadNumber, KinematicsError, ZeroVector
 from kinematics.frames.rotations import columns
 from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.frames.vectors import add, cross, distance, norm, scale, subtract
@@ -109,15 +108,6 @@ def test_how_two_axes_lie_is_named_where_it_matters(second, words_4, words_5, co
     assert words_5 in " ".join(step(found, 5, 1).lines)
 
 
-@BOTH
-def test_a_slide_has_no_place_of_its_own(convention):
-    slide = JointAxis((40, 0, 0), (0, 0, 1), JointKind.PRISMATIC)
-    found = assigned((slide, slide), convention=convention)
-    assert "direction and no place" in " ".join(step(found, 3, 1).lines)
-    assert "(the joint's variable)" in " ".join(step(found, 11, 1).lines)
-    assert "variable" not in " ".join(step(found, 10, 1).lines)
-
-
 def test_what_is_given_and_what_is_found_are_listed():
     found = assigned(ALPHA_II_AXES, ALPHA_II_TOOL, Convention.CRAIG)
     given_lines = list(axes_lines(found))
@@ -181,18 +171,3 @@ def test_a_tip_is_turned_as_four_parameters_need_it(last, point, more, z, x):
     assert (made[2], made[0]) == (pytest.approx(z), pytest.approx(x))
     if "normal" not in more:
         assert assigned((last,), frame).choices[-1].step != 8, "four parameters lead there"
-
-
-@every_row(
-    "more, error, words",
-    [
-        ({"approach": (0, 0, 0)}, ZeroVector, "no direction"),
-        ({"normal": (0, 0, 0)}, ZeroVector, "no direction"),
-        ({"normal": (0, 1, 1)}, KinematicsError, "at 90° to its approach, not at 45°"),
-        ({"approach": (0, math.nan, 0)}, BadNumber, "the approach"),
-        ({"point": (0, 0)}, KinematicsError, "the tip's point needs 3 numbers"),
-    ],
-)
-def test_a_tip_that_cannot_be_is_refused(more, error, words):
-    with pytest.raises(error, match=words):
-        tip_frame(**({"last": UP, "point": (0, 0, 9)} | more))

@@ -8,7 +8,6 @@ from systems_cases import symbolic_example_of
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.errors import OutOfReach
 from kinematics.textbook.study import example_posture, subject_of_chain, subject_of_system
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.worked_example import (
@@ -61,17 +60,6 @@ def test_a_goal_takes_a_branch_within_the_limits():
     assert system("minimover5").goal_of(example.frame) == pytest.approx(goal, abs=1e-9)
 
 
-def test_joints_and_a_goal_together_show_the_posture_and_solve_the_goal():
-    example = work(named("two-link-1"), (0.1, 0.2), (100.0, 200.0))
-    assert example.values == (0.1, 0.2)
-    assert example.goal == (100.0, 200.0)
-
-
-def test_a_goal_out_of_reach_is_refused():
-    with pytest.raises(OutOfReach):
-        work(named("two-link-1"), goal=(900.0, 0.0))
-
-
 def test_degenerate_cases_are_said_in_words():
     stretched = whole_text(work(named("two-link-1"), goal=(350.0, 0.0)))
     assert "1 solution, 1 within the joint limits" in stretched
@@ -79,12 +67,6 @@ def test_degenerate_cases_are_said_in_words():
     on_axis = whole_text(work(named("two-link-3"), goal=(0.0, 0.0)))
     assert "free: theta1; any value serves" in on_axis
     assert "degenerate: the tip is on the base axis" in on_axis
-
-
-def test_a_posture_beyond_a_limit_is_shown_and_said():
-    text = whole_text(work(named("minimover5"), (2.0, 0.7, -1.0, -0.3, 0.0)))
-    assert "but: base 24.59° beyond its limit of 90°" in text
-    assert "not within the limits: " in text
 
 
 def named(name):
@@ -128,15 +110,6 @@ def test_a_chain_with_a_closed_form_shows_all_its_solutions():
     assert work(own(chain), goal=example.goal[:3]).branches == ()
 
 
-def test_a_position_alone_may_be_asked_of_a_chain():
-    target = work(own(), joints=(0.4, 0.3, 40.0)).frame
-    place = tuple(row[3] for row in target[:3])
-    example = work(own(), goal=place)
-    assert example.goal == pytest.approx(place)
-    assert example.solution.ok
-    assert len(example.coordinates) == 3
-
-
 def test_a_goal_that_a_chain_misses_is_accounted_for():
     example = work(own(), goal=(900.0, 0.0, 0.0, 0.0, 0.0, 0.0))
     assert not example.solution.ok
@@ -165,15 +138,6 @@ def test_a_system_in_symbols_shows_matrices_product_and_solutions():
     assert "[ C12  -S12  0  l1 C1 + l2 C12 ]" in lines
     assert "  theta1 = direction - lift" in lines
     assert "  as elbow up, but" in lines
-
-
-@every_row("name", SYSTEMS)
-def test_latex_has_as_many_opening_as_closing_braces(name):
-    example = symbolic_example_of(name)
-    text = "\n".join(line for each in symbolic_sections(example, latex=True) for line in each.lines)
-    assert text.count("{") == text.count("}")
-    assert text.count(r"\left") == text.count(r"\right")
-    assert text.count(r"\begin{bmatrix}") == text.count(r"\end{bmatrix}") > len(example.matrices)
 
 
 def test_a_chain_in_symbols_has_base_and_tool():

@@ -37,33 +37,6 @@ def test_every_system_is_explained(call, name):
         assert branch["comes_to"] == pytest.approx(found["goal"], abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("name", "structure"),
-    [
-        ("puma", "spherical wrist: the last three axes meet in one point"),
-        ("teachmover", "three parallel axes: 2, 3 and 4"),
-        ("two-link-1", "none: the classes are of five or six joints, not of 2"),
-        ("spherical", "none: a joint slides"),
-    ],
-)
-def test_the_class_of_an_arm_s_structure_is_named(call, name, structure):
-    assert f"\nclass: {structure}" in call("explain", name, code=0).out
-    assert call("explain", name, "--json", code=0).json["structure"].startswith(structure)
-
-
-def test_a_built_in_arm_is_explained_with_its_own_lengths(call):
-    said = call("explain", "teachmover", code=0).out
-    assert said.startswith("Microbot TeachMover\n")
-    assert "d1 = 193.7 mm" in said
-    assert call("explain", "robko01", "--symbolic", code=0).out.startswith("Robko 01")
-
-
-def test_joints_are_degrees_and_mm(call):
-    found = call("explain", "two-link-3", "30", "100", "--json", code=0).json
-    assert found["joints"] == pytest.approx({"theta1_deg": 30.0, "d2_mm": 100.0})
-    assert found["position_mm"] == pytest.approx([50.0, -86.6025, 200.0], abs=1e-4)
-
-
 def test_a_goal_is_mm_and_degrees(call):
     words = ("explain", "minimover5", "--goal", "250", "0", "120", "-90", "0")
     found = call(*words, "--json", code=0).json
@@ -168,24 +141,6 @@ def test_frames_are_found_from_axes_in_drawn_steps(call, convention):
     for label in ("L0", "b1", "z0", "x1", "joint axis"):
         assert label in first_link.split("13. ")[1], f"{label} is drawn"
     assert f"two-link-2: {convention} convention" in said
-
-
-def test_frames_from_axes_as_json(call):
-    words = ("explain", "--axes", "alpha2-lecture", "--json")
-    found = call(*words, code=0).json
-    assert found["convention"] == "standard"
-    assert found["relations"] == ["intersecting", "parallel", "parallel", "intersecting"]
-    assert [row["d_mm"] for row in found["links"]] == [215, 0, 0, 0, 129.5]
-    assert found["b_mm"][2] == pytest.approx([177.8, 0, 215])
-    assert len(found["frames"]) == 6
-    assert found["axes"][1] == {
-        "joint": "shoulder", "kind": "revolute", "point_mm": [0, 0, 215], "direction": [0, 1, 0],
-    }  # fmt: skip
-    assert [step["step"] for step in found["steps"]][:7] == [1, 2, 3, 4, 5, 6, 7]
-    assert {key: found["choices"][3][key] for key in ("frame", "step")} == {"frame": 2, "step": 4}
-    craig = call(*words, "--convention", "craig", code=0).json
-    assert craig["links"][0]["d_mm"] == 0
-    assert craig["base"][2][3] == 215
 
 
 def test_a_file_of_axes_is_any_command_s_model(call, tmp_path):

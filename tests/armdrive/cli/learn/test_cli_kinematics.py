@@ -10,7 +10,7 @@ from armdrive.cli.learn.models import find_subject, given_joints, shown_joints
 from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
 from armdrive.registry.arm_files import load_arm
-from armdrive.render.sketch import Sketch, reach_sketches, section_sketch, sketch_rows
+from armdrive.render.sketch import Sketch, reach_sketches, sketch_rows
 from armdrive.status import joints_view, pose_view
 from armdrive.text import reading
 from armdrive.text.toml import Problems, TomlTable
@@ -69,12 +69,6 @@ def test_ik_says_that_a_guard_forbids_a_posture(call):
     assert "table" in call("ik", *words, code=0).json["violations"][0]
 
 
-def test_both_know_every_preset(call):
-    for key in PRESETS:
-        fk = call("fk", "0", "40", "-60", "-70", "0", "--model", key, "--json", code=0).json
-        assert fk["model"] == call("ik", *GOAL, "--model", key, "--json").json["model"] == key
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -90,11 +84,6 @@ def test_a_goal_out_of_reach_is_refused_with_the_nearest_pose(call, words, said)
     branches = call("ik", *words, "--json", code=3).json["branches"]
     assert bool(branches) == ("900" not in words)  # no length of the arm leads there
     assert not any(branch["within_limits"] for branch in branches)
-
-
-def test_a_yaw_is_refused_for_a_model_that_cannot_choose_it(call):
-    goal = ("--x", "200", "--y", "100", "--z", "0", "--yaw", "30")
-    assert "three-link has 3" in call.refused("ik", "--model", "three-link", *goal, code=2)
 
 
 # Of a model file, or of a named system.
@@ -181,12 +170,6 @@ def test_how_the_angles_count_is_stated_where_they_could_be_mistaken(call, name)
     assert call("explain", name, "--json", code=0).json["angles"] == system(name).notes.angles
 
 
-def test_only_alpha2_is_measured_in_two_ways():
-    assert set(SYSTEMS) & set(PRESETS) == {"minimover5"}
-    assert system("minimover5").arm == preset("minimover5").arm
-    assert system("alpha2-lecture").arm == system("alpha2").arm == preset("alpha2").arm
-
-
 def test_completion_offers_every_name_for_a_model_and_for_a_system():
     lines = script("bash").splitlines()
     for option in ("fk___model", "ik___model", "plot___model", "jog___model", "explain_pos_0"):
@@ -209,28 +192,6 @@ def test_ik_prints_every_solution_of_a_named_system(call, name):
         joints = given_joints(chain, list(branch["joints"].values()))
         assert position_of(chain.fk(joints)) == pytest.approx(fk["position_mm"], abs=1e-5)
         assert branch["within_limits"] == (not branch["violations"])
-
-
-@pytest.mark.parametrize("angles", [(), ("--pitch", "-80", "--roll", "10", "--yaw", "15")])
-def test_ik_prints_all_eight_solutions_of_the_puma(call, angles):
-    goal = ("ik", "--model", "puma", "--x", "400", "--y", "100", "--z", "200", *angles)
-    found = call(*goal, "--json", code=0).json
-    chain = system("puma").chain()
-    frames = [
-        chain.fk(given_joints(chain, list(branch["joints"].values())))
-        for branch in found["branches"]
-    ]
-    assert len({branch["name"] for branch in found["branches"]}) == 8
-    assert len({tuple(branch["joints"].values()) for branch in found["branches"]}) == 8
-    for frame in frames:
-        for row, other in zip(frame, found["frame"], strict=True):
-            assert row == pytest.approx(other, abs=1e-4)
-    said = call(*goal, code=0).out
-    assert "8 solutions" in said
-    assert all(branch["name"] in said for branch in found["branches"])
-    assert said.count("beyond its limit") == sum(
-        len(branch["violations"]) for branch in found["branches"]
-    )
 
 
 ARM = """model = "alpha2"
@@ -272,12 +233,6 @@ def test_an_arm_file_is_a_model_with_its_corrections_and_its_tool(call, tmp_path
     assert call("plot", "--model", str(path), "--ascii", code=0).out
 
 
-def test_a_wrong_arm_file_is_answered_by_its_own_problem(call, tmp_path):
-    path = tmp_path / "lab.toml"
-    path.write_text('model = "alpha3"\n', encoding="utf-8")
-    assert "did you mean 'alpha2'" in call.refused("fk", "--model", str(path), "1", code=2)
-
-
 @pytest.mark.parametrize("kind", ["arm", "links"])
 def test_a_model_file_is_read_once(kind, tmp_path, monkeypatch):
     path, times = tmp_path / "lab.toml", []
@@ -315,22 +270,6 @@ def test_another_system_is_drawn_from_two_sides(call, name):
     assert sum(line.count(".") for line in lines[1:-2]) > 10
 
 
-def test_ones_own_link_table_is_drawn(call, tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text("title = 'A stick'\n[[links]]\na_mm = 100\n", encoding="utf-8")
-    said = call(*WORKSPACE, "--model", str(path), "--ascii", code=0).out
-    assert said.startswith("A stick: positions")
-    assert "y up, -100 to 100 mm" in said
-
-
-def test_pitch_and_azimuth_choose_the_section(call):
-    level = call(*WORKSPACE, "--pitch", "0", "--azimuth", "45", "--json", code=0).json
-    assert level["title"].endswith("at pitch 0°, azimuth 45°")
-    down = call(*WORKSPACE, "--json", code=0).json
-    assert level["views"][0]["box_mm"] != down["views"][0]["box_mm"]
-    assert down["views"][0]["curves"]
-
-
 def test_without_matplotlib_the_extra_is_named(call, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     said = call.refused(*WORKSPACE, "--output", str(tmp_path / "reach.png"), code=2)
@@ -347,19 +286,6 @@ def test_files_are_written(call, tmp_path, model, ending, begins):
     assert path.read_bytes().startswith(begins)
 
 
-def test_every_point_of_a_section_is_in_its_box_and_reached():
-    arm = preset("minimover5").arm
-    sketch = section_sketch(arm, -90.0, 0.0)
-    (left, right), (low, high) = sketch.reach_box_mm
-    assert sketch.points
-    assert all(left <= x <= right and low <= z <= high for x, z in sketch.points)
-
-
-def test_the_two_views_of_a_chain_share_x():
-    side, above = reach_sketches(system("puma").chain())
-    assert side.reach_box_mm[0] == above.reach_box_mm[0]
-
-
 @every_row(
     "name, plane, box_mm",
     [
@@ -374,18 +300,6 @@ def test_a_planar_arm_is_seen_in_its_own_plane(name, plane, box_mm):
     for span, expected in zip(only.reach_box_mm, box_mm, strict=True):
         assert span == pytest.approx(expected, abs=1.0)
     assert "-0 mm" not in only.caption
-
-
-def test_a_square_is_drawn_at_one_scale_for_both_axes():
-    corners = ((10.0, 10.0), (50.0, 10.0), (50.0, 50.0), (10.0, 50.0), (10.0, 10.0))
-    rows = sketch_rows(Sketch((corners,), (), "x", "y"), 60, 20, braille=False)
-    drawn = [row for row in rows if "-" in row or "|" in row or "+" in row]
-    width = max(len(row.rstrip()) for row in drawn) - min(
-        min(row.find(mark) for mark in "-|+" if mark in row) for row in drawn
-    )
-    assert len(rows) == 20
-    assert all(len(row) == 60 for row in rows)
-    assert width == pytest.approx(2 * len(drawn), abs=2)
 
 
 def test_braille_and_an_empty_sketch():
