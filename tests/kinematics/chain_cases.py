@@ -8,8 +8,10 @@ from kinematics import system
 from kinematics.chains.assignment import JointAxis, tip_frame
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.frames.orientations import Quaternion
 from kinematics.frames.rotations import multiply, rot_x, rot_z
 from kinematics.frames.transforms import IN_PLACE, transform
+from kinematics.frames.vectors import norm
 
 QUARTER = math.pi / 2
 
@@ -124,3 +126,19 @@ def columns_by_differences(chain, values, step=1e-5):
         turning = [spin[2][1], spin[0][2], spin[1][0]]
         columns.append([rates[0][3], rates[1][3], rates[2][3], *turning])
     return columns
+
+
+# Vectors, rotations and frames.
+
+components = st.floats(-1000.0, 1000.0).map(lambda x: round(x, 6))
+vectors = st.tuples(components, components, components)
+directed = vectors.filter(lambda v: norm(v) > 1e-3)
+quarters = st.integers(-4, 4).map(lambda n: n * math.pi / 2)
+any_angle = st.floats(-math.pi, math.pi) | quarters | quarters.map(lambda a: a + 3e-7)
+parts = st.floats(-1.0, 1.0)
+rotations = (
+    st.tuples(parts, parts, parts, parts)
+    .filter(lambda q: math.hypot(*q) > 0.1)
+    .map(lambda q: Quaternion(*q).rotation())
+)
+transforms = st.builds(transform, rotations, vectors)

@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 from amounts import every_row
-from chain_cases import gap, turn_gap
-from frame_cases import rotations
+from chain_cases import gap, rotations, turn_gap
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from named_arms import (

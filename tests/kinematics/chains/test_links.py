@@ -1,15 +1,19 @@
 """Links: the A matrix in both conventions, and the eight types of section 2."""
 
+import ast
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from amounts import every_row
 from chain_cases import (
     ALPHA_II,
     MINI_MOVER,
+    PUMA,
     QUARTER,
     angles,
+    chains,
     chains_and_values,
     gap,
     lengths,
@@ -17,11 +21,19 @@ from chain_cases import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.chains.chain import table_text
+from kinematics.chains.chain import Chain, table_text
+from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
+from kinematics.chains.many import BLOCK, reach_maps, spans_of
+from kinematics.errors import KinematicsError
 from kinematics.frames.rotations import rot_x, rot_z
 from kinematics.frames.transforms import compose, invert, position_of, transform, translation
 from kinematics.frames.vectors import cross, distance, norm, subtract
+from kinematics.limits import spread_over
+from kinematics.presets import PRESETS
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.mini_movers import MINI_MOVER as BUILD
+from kinematics.textbook.systems.mini_movers import with_arm
 
 ORIGIN = (0.0, 0.0, 0.0)
 TURNS, SLIDES = JointKind.REVOLUTE, JointKind.PRISMATIC
@@ -133,3 +145,122 @@ def test_the_table_as_text():
         "pitch        0*      0      0    -90",
         "roll         0*  129.5      0      0",
     ]
+
+
+# Functions generated of a chain's table: the same as the product of the matrices, and fast.
+
+
+@given(chains_and_values())
+def test_the_generated_transform_is_the_product_of_the_matrices(case):
+    chain, values = case
+    assert gap(generated(chain).fk(values), chain.fk(values)) < 1e-9
+
+
+@given(chains_and_values(most=6))
+def test_both_at_once_are_the_same_as_each(case):
+    chain, values = case
+    made = generated(chain)
+    assert made.fk_and_jacobian(values) == (made.fk(values), made.jacobian(values))
+
+
+@given(chains())
+def test_the_source_is_straight_line_arithmetic(chain):
+    allowed = (
+        ast.Module, ast.FunctionDef, ast.arguments, ast.arg, ast.Assign, ast.Return, ast.Tuple,
+        ast.Name, ast.Constant, ast.BinOp, ast.UnaryOp, ast.Call, ast.Load, ast.Store, ast.Add,
+        ast.Sub, ast.Mult, ast.USub,
+    )  # fmt: skip
+    tree = ast.parse(generated(chain).source)
+    assert all(isinstance(node, allowed) for node in ast.walk(tree))
+    called = {node.func.id for node in ast.walk(tree) if isinstance(node, ast.Call)}
+    assert called <= {"sin", "cos"}
+
+
+def operations(chain):
+    """Multiplications, additions, and calls of sine and cosine in the generated transform."""
+    function = ast.parse(generated(chain).source).body[0]
+    nodes = list(ast.walk(function))
+    binary = [node.op for node in nodes if isinstance(node, ast.BinOp)]
+    calls = sum(isinstance(node, ast.Call) for node in nodes)
+    products = sum(isinstance(op, ast.Mult) for op in binary)
+    return products, len(binary) - products, calls
+
+
+def test_parallel_joints_are_one_sum_of_angles():
+    assert operations(MINI_MOVER)[2] == 10  # two a joint: none is called for twice
+    assert "cos(v4)" in generated(MINI_MOVER).source
+    assert operations(MINI_MOVER)[0] < 30  # products of 4x4 matrices take 286
+    assert operations(PUMA)[0] < 60
+
+
+def test_a_chain_is_generated_once():
+    assert generated(PUMA) is generated(Chain(PUMA.links, name="Puma 560"))
+
+
+class Symbol(float):
+    """A number that brings its own functions."""
+
+    def sin(self):
+        return self
+
+    cos = sin
+
+
+def test_only_plain_numbers_are_generated():
+    with pytest.raises(KinematicsError, match=r"plain numbers; use Chain\.fk"):
+        generated(Chain((DHLink(a_mm=Symbol(3.0)),)))
+
+
+# Places that chains reach, from some thousand postures and from a million.
+
+REAL_ARMS = {
+    **{name: with_arm(BUILD, PRESETS[name].arm).chain() for name in ("minimover5", "alpha2")},
+    "puma": SYSTEMS["puma"].chain(),
+}
+
+
+def spread(chain, count):
+    return list(spread_over(spans_of(chain), count).postures())
+
+
+def sampled(chain, count):
+    """The tips of the spread postures, one by one."""
+    fk = generated(chain).fk
+    return np.array([position_of(fk(posture)) for posture in spread(chain, count)])
+
+
+def test_samples_are_spread_evenly():
+    chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
+    heights = sorted(sampled(chain, 1000)[4:, 2])
+    for share in (0.1, 0.5, 0.9):
+        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
+
+
+def test_a_reach_without_end_is_refused():
+    endless = Chain((DHLink(kind=JointKind.PRISMATIC),))
+    for take in (spans_of, lambda chain: reach_maps(chain, ((0, 1),), 10, 10)):
+        with pytest.raises(KinematicsError, match="slides without limits"):
+            take(endless)
+    with pytest.raises(KinematicsError, match="at least one posture"):
+        spread_over(spans_of(Chain((DHLink(),))), 0)
+
+
+@every_row("arm", REAL_ARMS.values(), ids=REAL_ARMS)
+def test_a_map_shows_one_place_of_each_cell_and_how_far_the_arm_reaches(arm):
+    cells, count, planes = 40, BLOCK + 900, ((0, 2), (0, 1), (1, 2))
+    places = sampled(arm, count)
+    for plane, found in zip(planes, reach_maps(arm, planes, count, cells), strict=True):
+        tips = places[:, plane]
+        low, high = tips.min(axis=0), tips.max(axis=0)
+        np.testing.assert_allclose(found.min(axis=0), low, atol=1e-9)
+        np.testing.assert_allclose(found.max(axis=0), high, atol=1e-9)
+        size = (high - low).max() / cells
+        shown, reached = cells_of(found, low, size, cells), cells_of(tips, low, size, cells)
+        assert len(shown ^ reached) <= 2  # a place on the rim of two cells is in either
+        assert len(found) <= len(shown) + 4
+        for place in found[::50]:
+            assert np.abs(tips - place).max(axis=1).min() < 1e-9
+
+
+def cells_of(places, low, size, cells):
+    return {tuple(cell) for cell in np.minimum((places - low) / size, cells - 1).astype(int)}

@@ -4,17 +4,22 @@ import math
 
 import pytest
 from amounts import every_row
-from chain_cases import gap
 from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import Dual
-from systems_cases import postures, same_goal, same_joints
+from systems_cases import gap, postures, same_goal, same_joints
 
+from kinematics import Joints, Pose, preset
+from kinematics.chains.closed_form import closed_form
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach, UnknownSystem
-from kinematics.frames.transforms import position_of
+from kinematics.five_axis.closed_form import forward_frame
+from kinematics.frames.orientations import RPY
+from kinematics.frames.transforms import position_of, rotation_of, transform
 from kinematics.textbook.systems import (
+    ALPHA_2,
     CYLINDRICAL,
+    PUMA,
     REVOLUTE,
     SPHERICAL,
     SYSTEMS,
@@ -23,8 +28,11 @@ from kinematics.textbook.systems import (
     TWO_LINK_2,
     TWO_LINK_3,
     TWO_LINK_4,
+    TWO_LINK_5,
     system,
 )
+from kinematics.textbook.systems.mini_movers import own_angles, relative_angles
+from kinematics.textbook.systems.named import ENDLESS
 
 EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
 
@@ -189,3 +197,302 @@ def test_another_size_of_a_build_keeps_its_laws(one):
         one.sized(height=3.0)
     with pytest.raises(KinematicsError, match=f"the lengths of {one.name} are"):
         one.sized(*one.sizes, 1.0)
+
+
+# The two-link manipulators in three ways, the notes' own matrices, and their workspaces.
+
+UNEVEN = (
+    TWO_LINK_1.sized(200.0, 150.0),
+    TWO_LINK_1.sized(90.0, 90.0),
+    TWO_LINK_2.sized(310.0, 120.0),
+    TWO_LINK_3.sized(200.0, ranges=(ENDLESS, (0.0, 300.0))),
+    TWO_LINK_3.sized(100.0, ranges=(ENDLESS, (50.0, 250.0))),
+    TWO_LINK_4.sized(150.0, ranges=((0.0, 300.0), ENDLESS)),
+    TWO_LINK_4.sized(80.0, ranges=((100.0, 120.0), ENDLESS)),
+    TWO_LINK_5.sized(ranges=((10.0, 300.0), (20.0, 250.0))),
+)
+EACH_PLANAR = pytest.mark.parametrize("one", UNEVEN, ids=lambda one: one.name)
+C30, S30 = math.sqrt(3.0) / 2.0, 0.5
+DEG = math.pi / 180.0
+
+
+TIPS = {  # the trigonometric solutions of sections 5 to 8
+    "two-link-1": lambda l1, l2, a, b: (
+        l1 * math.cos(a) + l2 * math.cos(a + b), l1 * math.sin(a) + l2 * math.sin(a + b), 0.0
+    ),
+    "two-link-2": lambda d1, l2, a, b: (
+        l2 * math.cos(a) * math.cos(b), l2 * math.sin(a) * math.cos(b), d1 + l2 * math.sin(b)
+    ),
+    "two-link-3": lambda d1, a, d2: (d2 * math.sin(a), -d2 * math.cos(a), d1),
+    "two-link-4": lambda l2, d1, b: (l2 * math.cos(b), 0.0, d1 + l2 * math.sin(b)),
+    "two-link-5": lambda d1, d2: (0.0, -d2, d1),
+}  # fmt: skip
+
+ORIENTATIONS = {  # phi, theta and psi of section 8
+    "two-link-1": lambda first, second: (first + second, 0.0, 0.0),
+    "two-link-2": lambda first, second: (first, -second, 90 * DEG),
+    "two-link-3": lambda first, _slide: (first, 0.0, 90 * DEG),
+    "two-link-4": lambda _lift, second: (0.0, -second, 90 * DEG),
+    "two-link-5": lambda _lift, _slide: (0.0, 0.0, 90 * DEG),
+}
+
+
+@EACH_PLANAR
+@given(data=st.data())
+def test_trigonometry_matrices_and_orientation_agree(one, data):
+    joints = data.draw(postures(one))
+    assert gap(position_of(one.fk(joints)), TIPS[one.name](*one.sizes, *joints)) < 1e-9
+    hand = RPY(*ORIENTATIONS[one.name](*joints)).rotation()
+    assert gap(hand, rotation_of(one.fk(joints))) < 2e-12  # angles are rounded to quarter turns
+
+
+# Matrices as the notes print them, with their numbers: C30 and S30 are those of 30 degrees.
+
+
+def test_type_2_first_matrix_as_section_6_prints_it():
+    first, _ = TWO_LINK_2.sized(200.0, 150.0).chain().matrices((30 * DEG, 0.0))
+    printed = (
+        (C30, 0.0, S30, 0.0),
+        (S30, 0.0, -C30, 0.0),
+        (0.0, 1.0, 0.0, 200.0),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    assert gap(first, printed) < 1e-12
+
+
+@EACH_PLANAR
+@given(data=st.data())
+def test_the_workspace_holds_exactly_what_a_branch_within_limits_reaches(one, data):
+    size = len(one.coordinates)
+    anywhere = st.tuples(*[st.integers(-400, 400).map(float)] * size)
+    reached = postures(one).map(lambda joints: one.goal_of(one.fk(joints)))
+    goal = data.draw(anywhere | reached)
+    try:
+        branches = one.ik(goal)
+    except OutOfReach:
+        branches = ()
+    assert one.holds(goal) == any(branch.within_limits for branch in branches)
+
+
+@every_row(
+    "name, told",
+    [
+        ("two-link-1", "a ring in the plane z = 0, 50 mm to 350 mm from the first joint"),
+        ("two-link-2", "the surface of a sphere of 150 mm around (0, 0, 200)"),
+        ("two-link-3", "a disc in the plane z = 200 mm, 0 mm to 300 mm from the axis"),
+        ("two-link-4", "a strip in the plane y = 0: circles of 150 mm around (0, 0) to (0, 300)"),
+        ("two-link-5", "a rectangle in the plane x = 0: y from -300 to 0 mm, z from 0 to 300 mm"),
+    ],
+)
+def test_the_workspace_is_told_with_its_measures(name, told):
+    one = SYSTEMS[name]
+    assert one.space(one) == told
+
+
+def test_the_three_link_arm_turns_its_hand_where_it_is_told():
+    one = THREE_LINK.sized(200.0, 150.0, 80.0)
+    up, down = one.ik((150.0, 280.0, math.pi / 2.0))  # third joint at (150, 200)
+    for branch in (up, down):
+        first, second, third = branch.joints
+        assert first + second + third == pytest.approx(math.pi / 2.0)
+    # The line to the third joint, 250 long, and the links 200 and 150 make a right angle.
+    assert down.joints[1] == pytest.approx(math.pi / 2.0)
+    assert down.joints[0] == pytest.approx(math.atan2(200.0, 150.0) - math.atan2(150.0, 200.0))
+    assert up.joints[1] == pytest.approx(-math.pi / 2.0)
+    assert up.joints[0] == pytest.approx(math.atan2(200.0, 150.0) + math.atan2(150.0, 200.0))
+
+
+# The transporters against their equations, with all solutions, and the five-axis arms.
+
+angles = st.floats(-math.pi, math.pi)
+lengths = st.floats(0.0, 500.0)
+
+
+@given(angles, lengths, lengths)
+def test_equations_2_28_to_2_30_of_the_cylinder(theta, up, r):
+    tip = position_of(system("cylindrical").fk((theta, up, r)))
+    assert tip == pytest.approx((r * math.cos(theta), r * math.sin(theta), up))
+
+
+@given(angles, angles, lengths)
+def test_equation_2_33_of_the_sphere(phi, theta, r):
+    tip = position_of(system("spherical").fk((phi, theta, r)))
+    out = r * math.cos(theta)
+    expected = (out * math.cos(phi), out * math.sin(phi), r * math.sin(theta))
+    assert gap(tip, expected) < 1e-9
+
+
+@given(angles, angles, angles)
+def test_equation_2_35_of_the_revolute_transporter(first, second, third):
+    one = REVOLUTE.sized(200.0, 180.0, 140.0)
+    lean = math.sin(second) * 180.0 + math.sin(second + third) * 140.0
+    up = 200.0 + math.cos(second) * 180.0 + math.cos(second + third) * 140.0
+    expected = (math.sin(first) * lean, -math.cos(first) * lean, up)
+    assert gap(position_of(one.fk((first, second, third))), expected) < 1e-9
+
+
+def test_the_sphere_has_four_solutions_and_a_slide_that_cannot_retract_has_two():
+    found = system("spherical").ik((100.0, 0.0, 100.0))
+    right, reach = math.pi / 4.0, math.hypot(100.0, 100.0)
+    expected = {
+        "reaching forward": (0.0, right, reach),
+        "reaching forward, over the top": (math.pi, math.pi - right, reach),
+        "reaching backward": (math.pi, -right, -reach),
+        "reaching backward, over the top": (0.0, right - math.pi, -reach),
+    }
+    assert [branch.name for branch in found] == list(expected)
+    for branch in found:
+        assert same_joints(system("spherical"), branch.joints, expected[branch.name])
+    assert [b.within_limits for b in found] == [True, True, False, False]
+
+
+def test_the_alpha_ii_stands_straight_on_in_its_home_position():
+    drawn = (
+        (0.0, 0.0, 1.0, 177.8 + 177.8 + 129.5),
+        (0.0, -1.0, 0.0, 0.0),
+        (1.0, 0.0, 0.0, 215.0),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    assert gap(ALPHA_2.fk((0.0, 0.0, 0.0, -math.pi / 2.0, 0.0)), drawn) < 1e-9
+
+
+FIVE = [one for one in SYSTEMS.values() if one.arm is not None]
+
+
+@pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
+@given(data=st.data())
+def test_five_axis_systems_are_the_driver_s_arms(one, data):
+    joints = data.draw(postures(one))
+    relative = Joints(relative_angles(one, joints))
+    assert own_angles(one, relative_angles(one, joints)) == pytest.approx(joints)
+    assert gap(one.fk(joints), forward_frame(relative.angles_rad, one.arm.lengths)) < 1e-9
+    pose = one.arm.fk(relative)
+    assert one.arm == preset(one.name.removesuffix("-lecture")).arm
+    goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+    ours = one.ik(goal)
+    if any(branch.degenerate for branch in ours):
+        return  # two names of one posture
+    theirs = one.arm.branches(Pose(*goal))
+    assert {(b.within_limits, b.name) for b in ours} == {(b.within_limits, b.name) for b in theirs}
+
+
+@every_row("one", FIVE, ids=lambda one: one.name)
+@every_row("base", [0.0, 0.4, -1.0])
+@every_row("lean", [0.0, 0.6, -0.6])
+@every_row("beside", [0.0, 1e-9, 1e-7])
+def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean, beside):
+    height = one.arm.base_height_mm
+    # The hand leans by `lean` out of the vertical; the wrist stands where that puts the tip.
+    pose = Pose(0.0, 0.0, height + 300.0, math.pi / 2.0 - lean, 0.3)
+    joints = own_angles(
+        one, one.arm.branches(pose, Joints((base, 0.0, 0.0, 0.0, 0.0)))[0].joints.angles_rad
+    )
+    (*first, _), *others = one.fk(joints)
+    frame = ((*first, beside), *others)
+    found = one.ik(one.goal_of(frame), own_angles(one, (base, 0.0, 0.0, 0.0, 0.0)))
+    assert any(gap(one.fk(branch.joints), frame) < 2e-6 for branch in found)
+    assert all(branch.free == ("base",) for branch in found)
+
+
+# The Puma: eight branches of any lengths, its textbook posture, and every degenerate one.
+
+HALF = math.pi / 2.0
+SIMPLE = PUMA
+_, _, _, UPPER, _, FORE, _ = SIMPLE.sizes
+BOUNDLESS = ((-360.0, 360.0),) * 6
+ARMS = (
+    SIMPLE,
+    PUMA.sized(660.0, 0.0, 149.09, 431.8, -20.32, 433.07, 56.25),
+    PUMA.sized(400.0, 150.0, 0.0, 300.0, 30.0, 320.0, 80.0, ranges=BOUNDLESS),
+    PUMA.sized(0.0, -60.0, -90.0, 250.0, 0.0, 250.0, 0.0, ranges=BOUNDLESS),
+)
+
+
+def inverse(frame, arm, near=(0.0,) * 6):
+    """Every posture that the closed form finds, before it is checked."""
+    return list(closed_form(arm.chain()).finder.postures(frame, near))
+
+
+def solved(arm, frame, seed=None):
+    return arm.ik(arm.goal_of(frame), seed)
+
+
+def test_the_textbook_posture_of_fu_gonzalez_and_lee():
+    posture = (HALF, 0.0, HALF, 0.0, 0.0, 0.0)
+    printed = (
+        (0.0, -1.0, 0.0, -149.09),
+        (0.0, 0.0, 1.0, 921.12),
+        (-1.0, 0.0, 0.0, 20.32),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+    assert gap(PUMA.sized(a3=-20.32).fk(posture), printed) < 1e-9
+    assert gap(position_of(SIMPLE.fk(posture)), (-149.09, 921.12, 0.0)) < 1e-9
+
+
+def test_eight_branches_are_eight_postures_with_names():
+    frame = SIMPLE.fk((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
+    found = solved(SIMPLE, frame)
+    assert [branch.name for branch in found] == list(SIMPLE.signs)
+    assert len({tuple(round(v, 6) for v in branch.joints) for branch in found}) == 8
+    assert max(gap(SIMPLE.fk(branch.joints), frame) for branch in found) < 1e-9
+    again = pytest.approx((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
+    assert [branch.name for branch in found if branch.joints == again] == [
+        "base front, elbow down, wrist plain"
+    ]
+
+
+@given(postures(SIMPLE))
+def test_the_names_say_where_base_elbow_and_wrist_are(joints):
+    frame = SIMPLE.fk(joints)
+    for branch in solved(SIMPLE, frame):
+        if branch.degenerate:
+            continue
+        _, second, third, _, fifth, _ = branch.joints
+        out = UPPER * math.cos(second) + FORE * math.sin(second + third)
+        up = -UPPER * math.sin(second) + FORE * math.cos(second + third)
+        # The elbow against the line from the shoulder to the wrist, seen outwards.
+        above = (-UPPER * math.sin(second)) * out - UPPER * math.cos(second) * up
+        assert ("base front" in branch.name) == (out > 0.0)
+        assert ("elbow up" in branch.name) == (above * math.copysign(1.0, out) > 0.0)
+        assert ("wrist plain" in branch.name) == (math.sin(fifth) > 0.0)
+
+
+@every_row(
+    "arm, joints, free, words",
+    [
+        (SIMPLE, (0.3, -0.5, 1.0, 0.5, 0.0, 0.2), ("theta4",), "joint 5 is straight"),
+        (SIMPLE, (0.3, -0.5, HALF, 0.5, 0.8, 0.2), (), "elbow stretched"),
+        (PUMA.sized(a2=500.0), (0.3, -0.5, -HALF, 0.5, 0.8, 0.2), (), "elbow folded"),
+    ],
+)
+def test_degenerate_postures_say_what_they_lose(arm, joints, free, words):
+    (found,) = [
+        one for one in solved(arm, arm.fk(joints), joints) if same_joints(arm, one.joints, joints)
+    ]
+    assert words in found.degenerate
+    assert found.free == free
+
+
+@every_row("arm", ARMS, ids=range(len(ARMS)))
+@every_row(
+    "place",
+    [
+        (2000.0, 0.0, 100.0),
+        (0.0, 0.0, 4000.0),
+        (-900.0, 900.0, 900.0),
+        (100.0, 20.0, 10.0),
+        (0.0, 0.0, 0.0),
+    ],
+)
+def test_a_wrist_out_of_reach_is_refused_with_a_frame_that_is_reached(arm, place):
+    frame = transform(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)), place)
+    if inverse(frame, arm):
+        assert all(gap(arm.fk(one.joints), frame) < 1e-8 for one in solved(arm, frame))
+        return
+    with pytest.raises(OutOfReach) as caught:
+        solved(arm, frame)
+    near = caught.value.nearest
+    assert caught.value.away_mm == pytest.approx(math.dist(near[:3], place))
+    assert near[3:] == pytest.approx(arm.goal_of(frame)[3:], abs=1e-6)  # as the hand was asked
+    for branch in arm.ik(near):
+        assert gap(position_of(arm.fk(branch.joints)), near[:3]) < 1e-5

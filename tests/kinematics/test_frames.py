@@ -1,0 +1,442 @@
+"""Frames in frames, and frames on the bench."""
+
+import math
+
+import numpy as np
+import pytest
+from amounts import every_row
+from chain_cases import any_angle, directed, gap, rotations, transforms, turn_gap, vectors
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics_cases import Dual
+
+from kinematics import (
+    RPY,
+    AxisAngle,
+    BadNumber,
+    Degeneracy,
+    EulerZYZ,
+    KinematicsError,
+    NotARotation,
+    Pose,
+    Quaternion,
+    ZeroVector,
+    check_rotation,
+    rotation_vector,
+    solve_axis_angle,
+    solve_euler,
+    solve_quaternion,
+    solve_rpy,
+    turn_between,
+)
+from kinematics.chains.assignment import AxisLine
+from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, cos_sin
+from kinematics.frames.orientations import quaternion_of
+from kinematics.frames.rotations import (
+    IDENTITY,
+    columns,
+    determinant,
+    multiply,
+    rot_x,
+    rot_y,
+    rot_z,
+    rotate,
+    rotation_between,
+    transpose,
+)
+from kinematics.frames.transforms import (
+    IN_PLACE,
+    compose,
+    invert,
+    position_of,
+    rotation_of,
+    transform,
+    transform_point,
+    translation,
+)
+from kinematics.frames.user_frame import UserFrame
+from kinematics.frames.vectors import (
+    X_AXIS,
+    ZERO,
+    add,
+    angle_between,
+    any_normal,
+    cross,
+    dot,
+    norm,
+    project,
+    reject,
+    scale,
+    unit,
+)
+
+
+@given(transforms, vectors)
+def test_a_point_is_seen_from_outside_as_the_notes_say(frame, point):
+    expected = add(position_of(frame), rotate(rotation_of(frame), point))  # (2.27)
+    assert transform_point(frame, point) == expected
+    assert transform(rotation_of(frame), position_of(frame)) == frame
+
+
+@given(transforms, transforms, vectors)
+def test_frames_compose_like_4_by_4_matrices(a, b, point):
+    assert np.allclose(compose(a, b), np.array(a) @ np.array(b), atol=1e-9)
+    assert (
+        gap(transform_point(compose(a, b), point), transform_point(a, transform_point(b, point)))
+        < 1e-8
+    )
+    assert compose() == IN_PLACE
+    assert compose(a) == a
+
+
+@given(transforms, any_angle)
+def test_a_frame_moves_along_its_own_axes_or_those_of_its_reference(frame, angle):
+    step = translation(0.0, 0.0, 5.0)
+    x, y, z = position_of(frame)
+    along = scale(5.0, columns(rotation_of(frame))[2])
+    own = compose(frame, step)
+    assert gap(position_of(own), add((x, y, z), along)) < 1e-9
+    assert gap(position_of(compose(step, frame)), (x, y, z + 5.0)) < 1e-9
+    turn = transform(rot_z(angle), (0.0, 0.0, 0.0))
+    assert gap(position_of(compose(frame, turn)), (x, y, z)) < 1e-12
+    around = position_of(compose(turn, frame))
+    assert gap(around, rotate(rot_z(angle), (x, y, z))) < 1e-9
+
+
+# Frames on the bench: what is laid out there is found there, and found again.
+
+
+MM = st.floats(-500.0, 500.0)
+TURN = st.floats(-math.pi, math.pi)
+
+
+@given(MM, MM, TURN, st.floats(10.0, 300.0), st.floats(10.0, 300.0))
+def test_three_touched_points_lay_out_the_frame_they_were_taken_from(
+    x: float, y: float, yaw: float, along: float, across: float
+) -> None:
+    wanted = UserFrame.turned((x, y, 20.0), yaw, 0.2, -0.1)
+
+    def at(u: float, v: float) -> tuple[float, float, float]:
+        pose = wanted.to_base(Pose(u, v, 0.0, 0.0))
+        return pose.x_mm, pose.y_mm, pose.z_mm
+
+    found = UserFrame.through(at(0.0, 0.0), at(along, 0.0), at(5.0, across))
+    assert gap(found.rotation, wanted.rotation) < 1e-9
+
+
+def test_a_yaw_counts_from_where_the_frames_x_points() -> None:
+    frame = UserFrame.turned((100.0, 0.0, 0.0), math.pi / 2)
+    pose = frame.to_base(Pose(10.0, 0.0, 0.0, 0.0, 0.0, 0.25))
+    assert (pose.x_mm, pose.y_mm) == pytest.approx((100.0, 10.0))
+    assert pose.yaw_rad == pytest.approx(math.pi / 2 + 0.25)
+
+
+# Vectors: products, lengths, angles, and what a vector without a direction cannot tell.
+
+factors = st.floats(-20.0, 20.0)
+
+
+@given(vectors, vectors, vectors, factors, factors)
+def test_the_scalar_product_is_linear_and_commutes(u, v, w, a, b):
+    together = dot(add(scale(a, u), scale(b, v)), w)
+    apart = a * dot(u, w) + b * dot(v, w)
+    assert math.isclose(together, apart, rel_tol=1e-9, abs_tol=1e-4)
+    assert dot(u, v) == dot(v, u)
+
+
+@given(directed, directed)
+def test_the_vector_product_is_normal_to_both_and_as_long_as_they_span(u, v):
+    w = cross(u, v)
+    size = norm(u) * norm(v)
+    assert abs(dot(w, u)) <= 1e-9 * size * norm(u)
+    assert abs(dot(w, v)) <= 1e-9 * size * norm(v)
+    assert math.isclose(norm(w), size * math.sin(angle_between(u, v)), abs_tol=1e-9 * size)
+    assert gap(w, scale(-1.0, cross(v, u))) == 0.0
+
+
+@every_row("tiny", [1e-12, 1e-9, 1e-6])
+def test_the_smallest_angles_keep_their_digits(tiny):
+    u, v = X_AXIS, (math.cos(tiny), math.sin(tiny), 0.0)
+    assert math.isclose(angle_between(u, v), tiny, rel_tol=1e-9)
+    assert math.isclose(math.pi - angle_between(scale(-1.0, u), v), tiny, abs_tol=1e-15)
+
+
+@given(directed, directed)
+def test_a_vector_is_its_part_along_and_its_part_across(u, v):
+    along, across = project(u, v), reject(u, v)
+    assert gap(add(along, across), u) < 1e-9 * norm(u)
+    assert abs(dot(across, v)) < 1e-9 * norm(u) * norm(v)
+    assert norm(cross(along, v)) < 1e-9 * norm(u) * norm(v)
+
+
+@given(directed)
+def test_some_unit_vector_is_normal_to_any_vector(u):
+    v = any_normal(u)
+    assert math.isclose(norm(v), 1.0)
+    assert abs(dot(u, v)) <= 1e-12 * norm(u)
+
+
+@every_row(
+    "ask",
+    [
+        unit,
+        any_normal,
+        lambda zero: angle_between(zero, X_AXIS),
+        lambda zero: angle_between(X_AXIS, zero),
+        lambda zero: project(X_AXIS, zero),
+        lambda zero: AxisLine(ZERO, zero),
+    ],
+)
+def test_no_direction_is_made_up(ask):
+    with pytest.raises(ZeroVector, match="no direction"):
+        ask(ZERO)
+
+
+# Rotation matrices: the group they form, and the check that a matrix belongs to it.
+
+
+@given(any_angle, any_angle)
+def test_turns_about_two_axes_are_the_products_of_the_notes(first, second):
+    c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
+    x_then_y = ((c2, 0.0, s2), (s1 * s2, c1, -s1 * c2), (-c1 * s2, s1, c1 * c2))  # (2.25)
+    y_then_x = ((c2, s1 * s2, c1 * s2), (0.0, c1, -s1), (-s2, s1 * c2, c1 * c2))  # (2.26)
+    assert gap(multiply(rot_x(first), rot_y(second)), x_then_y) < 1e-15
+    assert gap(multiply(rot_y(second), rot_x(first)), y_then_x) < 1e-15
+
+
+@given(rotations, rotations, rotations)
+def test_rotations_are_a_group(a, b, c):
+    product = multiply(a, b)
+    assert gap(multiply(product, transpose(product)), IDENTITY) < 1e-14
+    assert math.isclose(determinant(multiply(a, b)), 1.0, abs_tol=1e-12)
+    assert gap(multiply(a, transpose(a)), IDENTITY) < 1e-14
+    assert gap(multiply(multiply(a, b), c), multiply(a, multiply(b, c))) < 1e-14
+    assert gap(transpose(multiply(a, b)), multiply(transpose(b), transpose(a))) < 1e-15
+    assert multiply() == IDENTITY
+    assert multiply(a) == a
+
+
+@given(st.lists(rotations, max_size=5), st.data())
+def test_any_frame_of_a_chain_is_seen_from_any_other(steps, data):
+    ends = st.integers(0, len(steps))
+    i, j, k = data.draw(ends), data.draw(ends), data.draw(ends)
+    through = multiply(rotation_between(steps, i, k), rotation_between(steps, k, j))
+    assert gap(through, rotation_between(steps, i, j)) < 1e-13
+    assert rotation_between(steps, i, i) == IDENTITY
+    for at, step in enumerate(steps):
+        assert rotation_between(steps, at, at + 1) == step
+
+
+@every_row(
+    "matrix, said",
+    [
+        (((2, 0, 0), (0, 1, 0), (0, 0, 1)), ["column x has length 2 instead of 1"]),
+        (((1, 0, 0), (0, 1, 0), (0, 0, 0)), ["column z has length 0 instead of 1"]),
+        (
+            ((1, math.sin(0.1), 0), (0, math.cos(0.1), 0), (0, 0, 1)),
+            ["columns x and y stand at 84.270422° instead of 90°"],
+        ),
+        (
+            ((1, 0, 0), (0, 1, 0), (0, 0, -1)),
+            ["the determinant is -1 instead of 1: the axes are left-handed"],
+        ),
+        (
+            ((0.0, 1.1, 0.0), (1.0, 0.1, 0.0), (0.0, 0.0, 1.0)),
+            [
+                "column y has length 1.1045361 instead of 1",
+                "columns x and y stand at 84.8055711° instead of 90°",
+                "the determinant is -1.1 instead of 1: the axes are left-handed",
+            ],
+        ),
+    ],
+)
+def test_the_check_says_what_is_wrong_and_by_how_much(matrix, said):
+    with pytest.raises(NotARotation) as refused:
+        check_rotation(matrix)
+    assert list(refused.value.flaws) == said
+    assert all(flaw in str(refused.value) for flaw in refused.value.flaws)
+
+
+@every_row(
+    "matrix, error, says",
+    [
+        (((1, 0, 0), (0, math.nan, 0), (0, 0, 1)), BadNumber, "row 2, y"),
+        (((1, 0, 0), (0, 1, 0), (math.inf, 0, 1)), BadNumber, "row 3, x"),
+        (((1, 0, 0), (0, "1", 0), (0, 0, 1)), BadNumber, "'1'"),
+        (((1, 0), (0, 1)), KinematicsError, "3 rows of 3"),
+        (((1, 0, 0), (0, 1, 0), (0, 1)), KinematicsError, "3 rows of 3"),
+    ],
+)
+def test_what_is_no_matrix_of_numbers_is_refused(matrix, error, says):
+    with pytest.raises(error, match=says):
+        check_rotation(matrix)
+
+
+# Three three_of, axis and angle, quaternions: each both ways, and every degenerate case by name.
+
+SOLVERS = (solve_rpy, solve_euler, solve_axis_angle, solve_quaternion)
+every_solver = pytest.mark.parametrize("solve", SOLVERS, ids=lambda solve: solve.__name__)
+three_angles = pytest.mark.parametrize(
+    ("kind", "solve"), [(RPY, solve_rpy), (EulerZYZ, solve_euler)]
+)
+
+
+@every_solver
+@given(matrix=rotations)
+def test_both_answers_make_the_matrix_again(solve, matrix):
+    solved = solve(matrix)
+    assert gap(solved.first.rotation(), matrix) < 2e-9
+    if solved.degeneracy is None:
+        assert gap(solved.first.rotation(), matrix) < 1e-13
+        assert gap(solved.second.rotation(), matrix) < 1e-13
+        assert solved.second != solved.first
+
+
+@three_angles
+@given(phi=any_angle, theta=any_angle, psi=any_angle)
+def test_the_angles_that_made_a_matrix_are_among_its_answers(kind, solve, phi, theta, psi):
+    made = kind(phi, theta, psi)
+    solved = solve(made.rotation())
+    if solved.degeneracy is None:
+        answers = [solved.first, solved.second]
+    else:
+        answers = [solve(made.rotation(), phi).first]
+    assert min(turn_gap(three_of(answer), three_of(made)) for answer in answers) < 1e-8
+
+
+def three_of(answer):
+    return answer.phi_rad, answer.theta_rad, answer.psi_rad
+
+
+@given(any_angle, any_angle, any_angle)
+def test_the_orientation_transform_is_written_out_as_in_the_notes(phi, theta, psi):
+    cf, sf = math.cos(phi), math.sin(phi)
+    ct, st_ = math.cos(theta), math.sin(theta)
+    cp, sp = math.cos(psi), math.sin(psi)
+    expected = (
+        (cf * ct, cf * st_ * sp - sf * cp, cf * st_ * cp + sf * sp),
+        (sf * ct, sf * st_ * sp + cf * cp, sf * st_ * cp - cf * sp),
+        (-st_, ct * sp, ct * cp),
+    )
+    assert gap(RPY(phi, theta, psi).rotation(), expected) < 1e-15
+    assert gap(EulerZYZ(phi, theta, psi).rotation(), euler(cf, sf, ct, st_, cp, sp)) < 1e-15
+
+
+def euler(cf, sf, ct, st_, cp, sp):
+    return (
+        (cf * ct * cp - sf * sp, -cf * ct * sp - sf * cp, cf * st_),
+        (sf * ct * cp + cf * sp, -sf * ct * sp + cf * cp, sf * st_),
+        (-st_ * cp, st_ * sp, ct),
+    )
+
+
+@every_row(
+    "solve, made, degeneracy",
+    [
+        (solve_rpy, RPY(0.3, math.pi / 2, 0.1), Degeneracy.X_AXIS_DOWN),
+        (solve_rpy, RPY(0.3, -math.pi / 2, 0.1), Degeneracy.X_AXIS_UP),
+        (solve_rpy, RPY(0.3, math.pi / 2 - 1e-10, 0.1), Degeneracy.X_AXIS_DOWN),
+        (solve_euler, EulerZYZ(0.3, 0.0, 0.1), Degeneracy.NO_TILT),
+        (solve_euler, EulerZYZ(0.3, math.pi, 0.1), Degeneracy.FULL_TILT),
+        (solve_euler, EulerZYZ(0.3, -1e-10, 0.1), Degeneracy.NO_TILT),
+    ],
+)
+def test_degenerate_angles_are_named_and_the_held_one_is_kept(solve, made, degeneracy):
+    matrix = made.rotation()
+    for held in (0.0, 0.3, -2.0):
+        solved = solve(matrix, held)
+        assert solved.degeneracy is degeneracy
+        assert solved.second is None
+        assert solved.first.phi_rad == held
+        assert gap(solved.first.rotation(), matrix) < 1e-9
+
+
+@given(st.floats(1e-8, 1e-3), any_angle, any_angle)
+def test_close_to_degenerate_the_matrix_is_still_made_again(off, phi, psi):
+    for solve, made in (
+        (solve_rpy, RPY(phi, math.pi / 2 - off, psi)),
+        (solve_euler, EulerZYZ(phi, off, psi)),
+    ):
+        solved = solve(made.rotation())
+        assert solved.degeneracy is None
+        assert gap(solved.first.rotation(), made.rotation()) < 1e-14
+
+
+@given(directed, st.floats(1e-6, math.pi - 1e-6))
+def test_axis_and_angle_come_back(axis, angle):
+    made = AxisAngle(axis, angle)
+    solved = solve_axis_angle(made.rotation())
+    assert abs(solved.first.angle_rad - angle) < 1e-9
+    assert gap(solved.first.axis, made.axis) < 1e-9
+    assert solved.second.angle_rad == -solved.first.angle_rad
+    assert gap(solved.second.axis, scale(-1.0, solved.first.axis)) < 1e-15
+    assert gap(rotation_vector(made.rotation()), scale(angle, made.axis)) < 1e-8
+
+
+@given(rotations, rotations)
+def test_quaternions_multiply_and_turn_like_their_matrices(a, b):
+    p, q = quaternion_of(a), quaternion_of(b)
+    assert gap((p * q).rotation(), multiply(a, b)) < 1e-14
+    assert gap(p.inverse().rotation(), transpose(a)) < 1e-14
+    assert gap((-p).rotation(), a) < 1e-14
+
+
+@given(rotations, directed, st.floats(0.0, math.pi))
+def test_the_turn_between_two_rotations_is_the_one_that_was_made(m, axis, angle):
+    turned = multiply(m, AxisAngle(axis, angle).rotation())
+    assert abs(turn_between(m, turned) - angle) < 1e-8
+    assert abs(turn_between(turned, m) - angle) < 1e-8
+
+
+def test_four_numbers_of_any_length_make_a_quaternion_of_length_1_but_for_zeros():
+    assert Quaternion(2.0, 0.0, 0.0, 0.0) == Quaternion(1.0, 0.0, 0.0, 0.0)
+    with pytest.raises(ZeroVector):
+        Quaternion(0.0, 0.0, 0.0, 0.0)
+    with pytest.raises(ZeroVector):
+        AxisAngle((0.0, 0.0, 0.0), 1.0)
+
+
+# Functions of numbers of any kind, and formulas on dual numbers, which give derivatives.
+
+
+@every_row("quarters", range(-5, 6))
+@every_row("off", [0.0, QUARTER_TOLERANCE_RAD / 2, -QUARTER_TOLERANCE_RAD / 2])
+def test_whole_quarter_turns_are_exact(quarters, off):
+    cosine, sine = cos_sin(quarters * math.pi / 2 + off)
+    assert {abs(cosine), abs(sine)} == {0.0, 1.0}
+    assert (cosine, sine) == pytest.approx(
+        (math.cos(quarters * math.pi / 2), math.sin(quarters * math.pi / 2)), abs=1e-12
+    )
+
+
+def slopes(rows):
+    return [[entry.slope if isinstance(entry, Dual) else 0.0 for entry in row] for row in rows]
+
+
+def differences(make, angle, step=1e-6):
+    ahead, behind = make(angle + step), make(angle - step)
+    return [
+        [(a - b) / (2.0 * step) for a, b in zip(*rows, strict=True)]
+        for rows in zip(ahead, behind, strict=True)
+    ]
+
+
+def makers():
+    yield rot_x
+    yield rot_y
+    yield rot_z
+    yield lambda a: multiply(rot_x(a), rot_y(2.0 * a), rot_z(a))
+    yield lambda a: RPY(a, 0.3, 2.0 * a).rotation()
+    yield lambda a: EulerZYZ(a, a, 0.2).rotation()
+    yield lambda a: AxisAngle((1.0, 2.0, 2.0), a).rotation()
+    yield lambda a: compose(transform(rot_x(a), (1.0, 2.0, 3.0)), translation(10.0 * a, 0.0, 5.0))
+    yield lambda a: invert(transform(rot_x(a), (a, 2.0, 3.0)))
+    yield lambda a: (transform_point(transform(rot_z(a), (a, 0.0, 0.0)), (a, 1.0, 2.0)),)
+
+
+@pytest.mark.parametrize("make", makers())
+@given(angle=any_angle)
+def test_a_matrix_of_dual_numbers_is_the_matrix_and_its_derivative(make, angle):
+    found = slopes(make(Dual(angle, 1.0)))
+    expected = differences(make, angle)
+    assert gap(found, expected) < 1e-6
