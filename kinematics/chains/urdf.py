@@ -7,8 +7,8 @@ chain of links cannot represent is refused; what is read but not used is listed 
 This reader is our own, built on the standard library's XML parser. The alternatives: yourdfpy
 (0.0.60) is maintained, but requires trimesh, scipy, networkx and shapely; urchin and urdfpy require
 pycollada and a renderer; urdf_parser_py (0.0.4, from 2021) has no wheel. All of them read far more
-than a chain and silently ignore what they do not know. Tests compare this reader with yourdfpy and
-pinocchio.
+than a chain and silently ignore what they do not know. A test compares the text that is written
+with what pinocchio reads.
 
 Lengths in mm and angles in rad here, m and rad in the text.
 """
