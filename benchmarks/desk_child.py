@@ -134,7 +134,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
             arm.move_j(MIDDLE)
             line = Line(number, {"look": look, "sweep": lambda: sweep(arm)})
             tap(arm, lambda data: line.say(wrote_s=time.monotonic(), head=data.decode("latin-1")))
-            return tui.run_desk(arm).code
+            return tui.run_desk(arm)
     except CommandEnded as ended:
         return 128 + ended.number
 

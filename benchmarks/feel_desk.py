@@ -87,8 +87,8 @@ class TappingDesk(Desk):
     @property
     def jog(self) -> JogScreen:
         """The screen with the jog keys."""
-        assert isinstance(self.screens.current, JogScreen)
-        return self.screens.current
+        assert isinstance(self.current, JogScreen)
+        return self.current
 
     def watch_taps(self) -> None:
         """Begin to remember; once the desk is shown."""
@@ -109,7 +109,7 @@ class SimulatedDesk:
         self.settings = JogSettings(pairs=pairs, frames=arm.frames)
         self.deadline = Deadline(arm.parts.pace.now_s)
         self.hand = DeskJogging(
-            arm, clock=arm.parts.pace.now_s, say=lambda _: None, settings=lambda: self.settings
+            arm, clock=arm.parts.pace.now_s, say=lambda _: None, settings=self.settings
         )
         self.hand.alarm = self.deadline  # type: ignore[assignment]
         note_taps(self.hand, self._tapped)
@@ -120,12 +120,12 @@ class SimulatedDesk:
     def action_mode(self) -> None:
         """Switch between joint and Cartesian mode."""
         self.hand.release()
-        self.settings = self.settings.other_mode()
+        self.settings.switch_mode()
 
     def action_faster(self) -> None:
         """Jog faster."""
         self.hand.release()
-        self.settings = self.settings.with_speed(1)
+        self.settings.change_speed(1)
 
 
 def set_up(desk: SimulatedDesk) -> None:

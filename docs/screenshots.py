@@ -32,6 +32,7 @@ from armdrive.storage.points import Point
 from kinematics import Joints
 from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.systems import system
+from tui.app import KeyApp
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.program import ProgramScreen
@@ -144,20 +145,26 @@ async def desk(*keys: str, memory: Path | None = None) -> str:
         return await of(arm, keys, memory)
 
 
+def take_every_key(app: KeyApp) -> None:
+    """Let keys follow each other at once, however busy this computer is."""
+    fresh = app.input.fresh
+    fresh.suspended_s = fresh.starved_s = math.inf
+    fresh.person_s = 0.0
+
+
 async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str:
     """Picture the desk of this arm, after these keys."""
     clock = Clock()
 
     def pass_by() -> None:
         clock.now_s += GATE_S
-        if app.screens.hand is not None:
-            app.screens.hand.tick()
+        if app.hand is not None:
+            app.hand.tick()
         clock.now_s += KEY_S
         arm.sleep(KEY_S)
 
     app = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock, memory=memory)
-    app.input.suspended_s = app.input.starved_s = math.inf  # however busy this computer is
-    app.input.person_s = 0.0  # keys act at once, but jog keys wait for another one all the same
+    take_every_key(app)
     app.programs = Path(os.environ["ARMDRIVE_HOME"])  # what is taught is written there
     return await keyed(app, keys, pass_by)
 
@@ -178,7 +185,7 @@ async def question() -> str:
 
 async def waiting(app: Desk, pilot: Pilot[Any], after: str = "") -> str:
     """Let a program go on until it waits for a person with something new; return with what."""
-    run = cast("ProgramScreen", app.screens.current).run
+    run = cast("ProgramScreen", app.current).run
     while run.asks in ("", after):
         app.poll()
         await pilot.pause()
@@ -194,8 +201,7 @@ async def program() -> str:
         clock = Clock()
         app = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock)
         app.programs = EXAMPLES
-        app.input.suspended_s = app.input.starved_s = math.inf
-        app.input.person_s = 0.0
+        take_every_key(app)
         async with app.run_test(size=SIZE) as pilot:
             for key in ("f8", "down", "down", "s", "r", "enter", "enter"):
                 await pilot.press(key)
@@ -214,7 +220,7 @@ async def program() -> str:
 async def model(name: str, *keys: str) -> str:
     """Picture a model without an arm."""
     app = ModelDesk(subject_of_system(system(name)), braille=True)
-    app.input.person_s = 0.0
+    take_every_key(app)
     return await keyed(app, keys, lambda: None)
 
 

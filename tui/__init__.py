@@ -19,10 +19,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tui.startup import DeskEnd, run_desk
+    from tui.startup import run_desk
     from tui.watch import run_watch
 
-__all__ = ["DeskEnd", "run_desk", "run_watch"]
+__all__ = ["run_desk", "run_watch"]
 
 
 def __getattr__(name: str) -> Any:

@@ -4,16 +4,16 @@ The way of a key from the terminal to its action:
 
 1. The driver's thread reads it (`lasting_driver` in terminal.py) and calls `AppInput.was_read`. A
    stop key stops the arm there, however busy the app is.
-2. In the app's thread, `KeyApp.on_event` asks `AppInput.handles` before any widget.
-3. `AppInput._due` lets it wait for `person_s`. Of keys that come together, none does anything.
-4. `AppInput._drops` drops what is old: typed before a stop that has acted, or while this program
-   was suspended.
-5. `KeyApp.hand_on` leaves the rest to the framework. It first finds the keys of the table that
-   work everywhere; then a line that is typed into takes the key (`AppInput._types`); then come the
-   other rows of the table. Their actions arrive at `KeyApp.run_action`.
-6. Every action of a key or a click runs in `Calls.acting`, so one rule holds for all: the last
+2. In the app's thread, `KeyApp.on_event` asks `AppInput.handles` before any widget. A stop key acts
+   first. A key that is not fresh is dropped (`Freshness` in keys/presses.py): typed before a stop
+   that has acted, while this program was suspended, or pasted.
+3. The framework finds the keys of the table that work everywhere; then a line that is typed into
+   takes the key (`AppInput._types`); then come the other rows of the table. Their actions arrive at
+   `KeyApp.run_action`.
+4. Every action of a key or a click runs in `Calls.acting`, so one rule holds for all: the last
    message is cleared, a first press of another key no longer counts, and a refusal becomes the new
    message.
+5. What moves the arm by itself waits in `KeyApp.confirmation`, and is done at a later poll.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Protocol, TypeVar
 
 from textual import _time, actions, events, on
-from textual.actions import ActionParseResult
+from textual._callback import invoke
+from textual.actions import ActionParseResult, SkipAction
 from textual.app import App
 from textual.containers import VerticalScroll
 from textual.dom import DOMNode
@@ -42,26 +42,16 @@ from textual.timer import Timer
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import in_words
-from armdrive.motion.dead_man import GATE_S
 from kinematics.errors import KinematicsError
 from tui.arm_view import move_cameras
-from tui.dialogs import PostureScreen, StillPalette, help_dialog
+from tui.dialogs import StillPalette, help_dialog
 from tui.keys.keyboard import Keyboard
-from tui.keys.presses import (
-    BURST,
-    BurstDetector,
-    Confirmation,
-    StaleInput,
-    SuspensionDetector,
-    UrgentKeys,
-)
+from tui.keys.presses import Confirmation, Freshness
 from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, look_after, look_named
 from tui.terminal import PlainLetters, lasting_driver
 from tui.widgets import TypedText
-
-STYLES = Path(__file__).with_name("desk.tcss")
 
 Answer = TypeVar("Answer")
 Found = TypeVar("Found")
@@ -69,16 +59,10 @@ Found = TypeVar("Found")
 # Interval between two looks at an arm's status.
 POLL_S = 0.05
 
-# An app that was idle for this long was suspended: it polls twenty times as often.
-#
-# Only the drivers of Unix terminals report a suspension.
-SUSPENDED_S = 1.0
+# The framework's own names of parts in actions.
+FRAMEWORK_PARTS = ("screen", "focused")
 
-# An app that was idle for this long, on a busy computer, has kept keys in its queue.
-#
-# A held jog has ended by itself meanwhile (`HOLD_LONGEST_S`), and must not begin again from keys
-# that have waited.
-STARVED_S = 0.3
+PASTED = "keys came as fast as pasted text"
 
 
 class Hand(Protocol):
@@ -92,78 +76,37 @@ class Hand(Protocol):
 
 
 class AppInput:
-    """Passes keys and clicks to an app: which of them count, in which order, and who handles them.
-
-    The stop keys come before every widget. Keys typed before a stop that has already acted are
-    dropped, and so is everything that was queued while the program was suspended. A key typed into
-    a line goes there; all others go to the framework, which finds their action.
-    """
+    """Passes keys and clicks to an app: which of them count, and who handles them."""
 
     def __init__(self, app: KeyApp) -> None:
         self.urgent: Mapping[str, Callable[[], object]] = {}
         """What keys do in the thread that reads them, before the app handles them."""
-        self.suspended_s = SUSPENDED_S
-        self.starved_s = STARVED_S
-        self.person_s = GATE_S
-        """A key waits this long, and does nothing if another key arrives in that time."""
         self.hand: Callable[[], Hand | None] = lambda: None
         """Returns the jogging of the current screen; None if the screen has no jog keys."""
-        self._app = app
-        self._bursts = BurstDetector()
-        self._waiting: events.Key | None = None
-        self._alarm = HoldAlarm(app, lambda: app.call_later(self.act_on_waiting))
+        self.fresh = Freshness()
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
+        self._app = app
         self._key: events.Key | None = None
-        self._suspension = SuspensionDetector()
-        self._stale = StaleInput()
-        self._why_stale = ""
-        self._urgent_keys = UrgentKeys()
+        self._quick = False  # whether the last key may be followed quickly
 
     def was_read(self, message: Message) -> None:
         """Take what a driver has just read, in its thread."""
-        self._urgent_keys.read(message, self.urgent)
-
-    def was_suspended(self) -> None:
-        """Note that the system reports a suspension; safe in a signal handler."""
-        self._suspension.report()
-
-    def begin(self) -> None:
-        """Detect suspensions from now on: a slow start is not a suspension."""
-        self._suspension = SuspensionDetector()
+        if isinstance(message, events.Key) and (act := self.urgent.get(message.key)) is not None:
+            self.fresh.acted(message.time)
+            act()
 
     def alive(self) -> None:
         """Note that the app is running. Call it often, and before acting on any key."""
-        now_s = self.monotonic_s()
-        absent_s, reported = self._suspension.look(now_s, self.busy_s())
-        suspended, hand = reported or absent_s > self.suspended_s, self.hand()
-        # keys that waited for less time than that matter where they jog: they are many, if held
-        if not suspended and (hand is None or absent_s <= self.starved_s):
-            return
-        self._stale.begin(now_s)
-        self._app.capture_mouse(None)  # the release of its button may be dropped
-        what = "suspended" if suspended else "kept waiting"
-        self._why_stale = f"this program was {what} for {absent_s:.1f} s"
-        if suspended:
-            self._app.disarm(self._why_stale)
-        elif hand is not None:
+        hand = self.hand()
+        jogs = hand is not None
+        absence = self.fresh.look(self.monotonic_s(), self.busy_s(), jogs=jogs)
+        if absence:
+            self._app.capture_mouse(None)  # the release of its button may be dropped
+        if absence == "suspended":
+            self._app.disarm(self.fresh.why)
+        elif absence and hand is not None:
             hand.release()  # only a key that has waited disarms: perhaps there is none
-
-    async def handles(self, event: events.Event) -> bool:
-        """Handle a key or a click; return False to leave it to the framework."""
-        if isinstance(event, events.Key):
-            if event.is_forwarded:  # no widget wanted it
-                return self._types(event)
-            for key in self._due(event):
-                await self._act_on(key)
-            return True
-        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
-            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
-                self._app.action_stop_arm()
-                return True
-            self.alive()
-            return self._stale.is_stale(event.time, of_keyboard=False)
-        return False
 
     def key_age_s(self) -> float:
         """Return the age of the key being handled; 0 if there is none.
@@ -172,34 +115,56 @@ class AppInput:
         """
         return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
 
-    # -- which keys count, and when -----------------------------------------------------------
+    async def handles(self, event: events.Event) -> bool:
+        """Handle a key or a click; return False to leave it to the framework."""
+        if isinstance(event, events.Key):
+            if event.is_forwarded:  # no widget wanted it
+                return self._types(event)
+            self._key = event  # and so how old it is
+            try:
+                if not self._takes(event):
+                    event.stop().prevent_default()
+                else:
+                    await self._app.hand_on(event)
+            finally:
+                self._key = None
+            return True
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+            if isinstance(event, events.MouseDown) and self._is_on_stop(event):
+                self._app.action_stop_arm()
+                return True
+            self.alive()
+            return self.fresh.stale(event.time, of_keyboard=False)
+        return False
 
-    def _due(self, key: events.Key) -> list[events.Key]:
-        """Take a key from the terminal; return the keys to handle now, in order.
-
-        Keys that arrive together are pasted text or a backlog: they do nothing, nor does what
-        follows them until there is a pause. Exempt are keys that only type a letter, and those that
-        go to the dead-man switch, which decides by itself.
-        """
-        waited, at_once = self._waited(), self._acts_at_once(key)
-        together = self._bursts.came_together(key.key, key.time, self.person_s)
+    def _takes(self, key: events.Key) -> bool:
+        """Act on a stop key; return whether the framework may act on any other one."""
+        self.alive()
+        together = self.fresh.pasted(key.key, key.time)
+        quick, self._quick = self._quick, self._may_be_quick(key)
+        stale = self.fresh.stale(self.monotonic_s() - self.key_age_s())
         if key.key in self._app.stop_keys:
-            return [key]  # what was typed before a stop begins nothing
-        if together and (waited or not at_once):
-            self._stale.begin(key.time)
-            self._why_stale = BURST
-            if (hand := self.hand()) is not None:
-                hand.disarm(BURST)  # some of the keys may be on their way to the dead-man
-            self._app.confirmation.refuse()  # nor do they confirm anything
-            self._app.say(f"{BURST}: they were dropped")
-            return []
-        if at_once or not self.person_s:
-            return [*waited, key]
-        self._waiting = key
-        self._alarm.after(max(key.time + self.person_s - self.monotonic_s(), 0.0))
-        return waited
+            self._app.action_stop_arm()
+            return False
+        if together and not (quick and self._quick):
+            self.fresh.expire(key.time, PASTED)
+            self._app.confirmation.refuse()  # nor do these keys confirm anything
+            stale = True
+        if self.fresh.overtaken(key):
+            return False
+        if stale:
+            self._drop()
+            # again behind a first key of the same paste, whose action may still wait there
+            self._app.screen.call_later(self._app.call_later, self._drop)
+        return not stale
 
-    def _acts_at_once(self, key: events.Key) -> bool:
+    def _drop(self) -> None:
+        """Disarm after a key that does not count. Without a word, the desk would seem broken."""
+        if (hand := self.hand()) is not None:
+            hand.disarm(self.fresh.why)
+        self._app.say(f"a key was dropped: {self.fresh.why}; press again")
+
+    def _may_be_quick(self, key: events.Key) -> bool:
         """Return whether a key types a letter or jogs; such keys may follow each other quickly."""
         if not self._app.screen_stack:
             return True  # the screens are already being taken down
@@ -209,51 +174,18 @@ class AppInput:
         jogs = self.hand() is not None and self._app.keys.jog_key(key.key) is not None
         return types or consumed or (jogs and len(self._app.screen_stack) == 1)
 
-    def _waited(self) -> list[events.Key]:
-        """Return the waiting key, if there is one; no other key has followed it so far."""
-        waiting, self._waiting = self._waiting, None
-        return [] if waiting is None else [waiting]
-
-    async def act_on_waiting(self) -> None:
-        """Act on a key that no other key has followed."""
-        for key in self._waited():
-            await self._act_on(key)
-
-    async def _act_on(self, key: events.Key) -> None:
-        """Act on a key, unless it is too old to count."""
-        self._key = key  # and so how old it is
-        try:
-            dropped, stops = self._drops(key), key.key in self._app.stop_keys
-            if stops or dropped:
-                key.stop().prevent_default()
-                if stops:
-                    self._app.action_stop_arm()
-            else:
-                await self._app.hand_on(key)
-        finally:
-            self._key = None
-
-    def _drops(self, key: events.Key) -> bool:
-        """Return whether a key is too old to count."""
-        self.alive()
-        came_s = self.monotonic_s() - self.key_age_s()
-        if self._urgent_keys.overtook(key):
-            return True
-        stale = self._stale.is_stale(came_s)
-        if stale and key.key not in self.urgent:
-            if (hand := self.hand()) is not None:
-                hand.disarm(self._why_stale)
-            # without a word, it would seem broken
-            self._app.say(f"a key was dropped: {self._why_stale}; press again")
-        return stale
-
-    # -- what takes them ----------------------------------------------------------------------
-
     @property
     def _line(self) -> TypedText | None:
         """The line that has the typing, if there is one."""
         line: TypedText | None = getattr(self._app.screen, "typing", None)
         return line
+
+    @property
+    def line(self) -> TypedText:
+        """The line that has the typing; raises `BadRequest` without one."""
+        if self._line is None:
+            raise BadRequest("there is nothing here for this key")
+        return self._line
 
     def _types(self, key: events.Key) -> bool:
         """Type a key into the current line, if there is one; return whether it was accepted."""
@@ -274,38 +206,8 @@ class AppInput:
         return isinstance(widget, StopButton)
 
 
-# The keys of the table act through the framework's actions. It looks for them on the app and on
-# widgets alone; ours may also be methods of the parts that an app or a screen is made of.
-
-# The framework's own namespaces of actions.
-NODES = ("app", "screen", "focused")
-
-# Represents a part that a node does not have.
-NO_PART = object()
-
-
-def _refuse() -> None:
-    """Refuse an action: its part does not exist at present."""
-    raise BadRequest("there is nothing here for this key")
-
-
-def action_call(action: str | ActionParseResult, node: object) -> Callable[[], object] | None:
-    """Return the call for an action of a node, None if there is none.
-
-    `name(1)` is the node's own `action_name`, `part.name(1)` is `name` of one of its parts. A part
-    may be None at times, as the line that is typed into: a key for it is then refused.
-    """
-    part, name, words = actions.parse(action) if isinstance(action, str) else action
-    holder = getattr(node, part, NO_PART) if part else node
-    if holder is None:
-        return _refuse
-    found = getattr(holder, name if part else f"action_{name}", None)
-    return partial(found, *words) if callable(found) else None
-
-
 # A call that may take a while. A text that it returns becomes the message.
 Outcome = Callable[[], object]
-
 
 # Errors that answer a request, with a sentence for the user.
 REFUSALS = (ArmError, KinematicsError, OSError)
@@ -379,11 +281,6 @@ class Calls:
         return self._begin(call, ended)
 
     def _begin(self, work: Callable[[], Found], ended: Callable[[Found | None, str], None]) -> Job:
-        """Do work in a thread, without keeping the stop key waiting.
-
-        Then `ended` is called in the app's own thread, with what the work has found, or with the
-        words of its error.
-        """
         job = Job(busy=True)
 
         def working() -> None:
@@ -404,67 +301,6 @@ class Calls:
         return job
 
 
-class Dialogs:
-    """The dialogs above the current screen, whose keys do not move the arm meanwhile."""
-
-    def __init__(self, app: KeyApp) -> None:
-        self._app = app
-
-    def open(
-        self,
-        dialog: ModalScreen[Answer],
-        answered: Callable[[Answer | None], None] | None = None,
-        reason: str = "a question is open",
-    ) -> None:
-        """Open a dialog above the current screen; `reason` explains why its keys are disarmed."""
-        self._app.disarm(reason)
-        self._app.push_screen(dialog, answered)
-
-    def close_all(self) -> None:
-        """Close all dialogs; a question in them stays unanswered."""
-        while len(self._app.screen_stack) > 1:
-            self._app.pop_screen()
-
-    def close_questions(self) -> None:
-        """Close the topmost question; it stays unanswered."""
-        while isinstance(self._app.screen, PostureScreen):
-            self._app.pop_screen()
-
-    def help(self) -> None:
-        """Show all keys."""
-        dialog = help_dialog(self._app.keys, self._app.place, self._app.pairs)
-        self.open(dialog, reason="the help is shown")
-
-    def palette(self) -> None:
-        """Show the command palette."""
-        self._app.disarm("the commands are shown")
-        if not isinstance(self._app.screen, StillPalette):
-            self._app.push_screen(StillPalette())
-
-
-class Looks:
-    """The theme of an app, and how it is changed."""
-
-    def __init__(self, app: KeyApp, name: str) -> None:
-        self._app = app
-        self.name = name
-        """The name of the app's theme."""
-
-    def put_on(self, name: str) -> None:
-        """Set the theme; without colours there is only one."""
-        look = COLOURLESS if self._app.no_color else look_named(name)
-        if HIGH_CONTRAST.name not in self._app.available_themes:
-            self._app.register_theme(HIGH_CONTRAST)
-        self._app.theme = look.theme
-        self.name = look.name
-
-    def put_on_next(self) -> None:
-        """Switch to the next theme."""
-        self.put_on(look_after(self.name).name)
-        colourless = " NO_COLOR is set: no others are shown." if self._app.no_color else ""
-        self._app.say(f"look: {self.name}.{colourless}")
-
-
 class KeyApp(App[int], inherit_bindings=False):
     """An app whose stop keys come before every widget, and without the framework's own keys.
 
@@ -473,7 +309,7 @@ class KeyApp(App[int], inherit_bindings=False):
     without a stop.
     """
 
-    CSS_PATH = STYLES
+    CSS_PATH = Path(__file__).with_name("desk.tcss")
     ENABLE_COMMAND_PALETTE = False  # it would add a key of its own; ours stands in the table
     # instance variables, as App declares them
     HORIZONTAL_BREAKPOINTS: list[tuple[int, str]] = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012
@@ -497,8 +333,8 @@ class KeyApp(App[int], inherit_bindings=False):
         self.keys = keys
         self.stop_keys: Collection[str] = keys.of(STOP)
         """The keys that no widget may keep for itself."""
-        self.looks = Looks(self, look)
-        self.dialogs = Dialogs(self)
+        self.look = look
+        """The name of the app's theme."""
         self.calls = Calls(self)
         self.confirmation = Confirmation(clock, keys.label)
         """What the last key does after a second press, or a pause."""
@@ -509,15 +345,17 @@ class KeyApp(App[int], inherit_bindings=False):
         self.braille = braille
         if not braille:
             self._filters.append(PlainLetters())
-        if not self.no_color or os.environ.get("NO_COLOR"):
-            return
-        self.no_color = False  # set, but to nothing: no-color.org counts that as not set
-        self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
+        if self.no_color and not os.environ.get("NO_COLOR"):
+            self.no_color = False  # set, but to nothing: no-color.org counts that as not set
+            self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
     def on_mount(self) -> None:
         """Apply the user's own keys and theme."""
+        self.register_theme(HIGH_CONTRAST)
         self.set_keymap(self.keys.keymap(self.keys_bound))
-        self.looks.put_on(self.looks.name)
+        self.put_on(self.look)
+
+    # -- what is shown ------------------------------------------------------------------------
 
     def say(self, message: str) -> None:
         """Show a message on the current screen."""
@@ -527,48 +365,16 @@ class KeyApp(App[int], inherit_bindings=False):
     def show(self) -> None:
         """Show what has changed."""
 
-    def disarm(self, reason: str) -> None:  # noqa: ARG002 - for apps whose keys move something
-        """Let no key of the current screen move anything."""
-        self.confirmation.forget()
+    def put_on(self, look: str) -> None:
+        """Set the theme; without colours there is only one."""
+        found = COLOURLESS if self.no_color else look_named(look)
+        self.theme, self.look = found.theme, found.name
 
-    def run_or_raise(self) -> None:
-        """Run until the user leaves. Raises the error that ended the app, if one did."""
-        self.run()
-        if self._exception is not None:
-            raise self._exception
-
-    def _fatal_error(self) -> None:
-        """End, and print nothing: `run_or_raise` raises the error, and its caller reports it.
-
-        The framework would print a traceback with the local variables, whatever text they hold.
-        """
-        self._close_messages_no_wait()
-
-    def get_driver_class(self) -> type[Driver]:
-        """Return the system's own driver, made to outlive its terminal."""
-        return lasting_driver(super().get_driver_class())
-
-    def action_stop_arm(self) -> None:
-        """Act as the stop keys do."""
-        raise NotImplementedError
-
-    @property
-    def place(self) -> str:
-        """The id of the current screen in the table of keys."""
-        return getattr(self.screen_stack[0], "place", "")
-
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts, if there are several."""
-
-    def require(self, action: str | ActionParseResult) -> None:
-        """Raise `BadRequest` if the action of a key would do nothing now."""
-
-    async def action_do_row(self, name: str) -> None:
-        """Perform a row of the table of keys, as if its key had been pressed on its screen."""
-        row = self.keys.row(name)
-        if row.places and not row.counts_at(self.place):
-            self.show_place(row.places.split()[0])
-        await self.run_action(row.action, self.screen_stack[0] if row.places else self)
+    def action_next_look(self) -> str:
+        """Switch to the next theme."""
+        self.put_on(look_after(self.look).name)
+        colourless = " NO_COLOR is set: no others are shown." if self.no_color else ""
+        return f"look: {self.look}.{colourless}"
 
     def action_view(self, what: str) -> None:
         """Move the camera about the arm that is drawn."""
@@ -589,24 +395,115 @@ class KeyApp(App[int], inherit_bindings=False):
         """Repaint everything: the terminal may have shown something else meanwhile."""
         self.refresh(layout=True)
 
+    # -- dialogs, whose keys do not move the arm ----------------------------------------------
+
+    def open_dialog(
+        self,
+        dialog: ModalScreen[Answer],
+        answered: Callable[[Answer | None], None] | None = None,
+        reason: str = "a question is open",
+    ) -> None:
+        """Open a dialog above the current screen; `reason` explains why its keys are disarmed."""
+        self.disarm(reason)
+        self.push_screen(dialog, answered)
+
+    def close_dialogs(self, kind: type[ModalScreen[bool]] | None = None) -> None:
+        """Close dialogs, all or only the topmost ones of a kind; none of them is answered."""
+        while len(self.screen_stack) > 1 and (kind is None or isinstance(self.screen, kind)):
+            self.pop_screen()
+
+    def action_help(self) -> None:
+        """Show all keys."""
+        self.open_dialog(help_dialog(self.keys, self.place, self.pairs), reason="the help is shown")
+
+    def action_palette(self) -> None:
+        """Show the command palette."""
+        if not isinstance(self.screen, StillPalette):
+            self.disarm("the commands are shown")
+            self.push_screen(StillPalette())
+
+    # -- actions ------------------------------------------------------------------------------
+
+    def action_erase(self) -> None:
+        """Delete the last character of the line that is typed into."""
+        self.input.line.erase()
+
+    @property
+    def place(self) -> str:
+        """The id of the current screen in the table of keys."""
+        return getattr(self.screen_stack[0], "place", "")
+
+    def action_show_screen(self, place: str) -> None:
+        """Go to a screen by its id, if there are several."""
+
+    def action_stop_arm(self) -> None:
+        """Act as the stop keys do."""
+        raise NotImplementedError
+
+    def require(self, action: str | ActionParseResult) -> None:
+        """Raise `BadRequest` if the action of a key would do nothing now."""
+
+    def disarm(self, reason: str) -> None:  # noqa: ARG002 - for apps whose keys move something
+        """Let no key of the current screen move anything."""
+        self.confirmation.forget()
+
+    def act_on_confirmed(self) -> None:
+        """Do what enough presses have confirmed."""
+        if (act := self.confirmation.due()) is not None:
+            with self.calls.acting():
+                act()
+
+    async def action_do_row(self, name: str) -> None:
+        """Perform the action of a binding, by its id, as if its key had been pressed."""
+        row, action = self.keys.action(name)
+        if row.places and not row.counts_at(self.place):
+            self.action_show_screen(row.places.split()[0])
+        await self.run_action(action, self.screen_stack[0] if row.places else self)
+
     async def run_action(
         self,
         action: str | ActionParseResult,
         default_namespace: DOMNode | None = None,
         namespaces: Mapping[str, DOMNode] | None = None,
     ) -> bool:
-        """Perform an action of a node, or of one of its parts."""
-        part, name, _ = actions.parse(action) if isinstance(action, str) else action
+        """Perform an action of a node, or of one of its parts: `part.name(1)`."""
+        part, name, words = actions.parse(action) if isinstance(action, str) else action
         node = self if default_namespace is None else default_namespace
         with self.calls.acting(repeats=name == "jog"):
             self.require(action)
-            call = action_call(action, node) if part and part not in NODES else None
-            if call is None:  # the framework's, or a row that names nothing: it raises then
+            if part in ("", "app"):
+                node, name = self if part else node, f"action_{name}"
+            elif part not in FRAMEWORK_PARTS:
+                node = getattr(node, part)
+            call = getattr(node, name, None)
+            if call is None:
                 return await super().run_action(action, default_namespace, namespaces)
-            answer = call()
+            try:
+                answer = await invoke(call, *words)
+            except SkipAction:  # one of the framework's own, of which it is none here
+                return False
             if isinstance(answer, str):
                 self.message = answer
         return True
+
+    # -- running ------------------------------------------------------------------------------
+
+    def run_or_raise(self) -> None:
+        """Run until the user leaves. Raises the error that ended the app, if one did."""
+        self.run()
+        if self._exception is not None:
+            raise self._exception
+
+    def _fatal_error(self) -> None:
+        """End, and print nothing: `run_or_raise` raises the error, and its caller reports it.
+
+        The framework would print a traceback with the local variables, whatever text they hold.
+        """
+        self._close_messages_no_wait()
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return the system's own driver, made to outlive its terminal."""
+        return lasting_driver(super().get_driver_class())
 
     async def on_event(self, event: events.Event) -> None:
         """Handle the stop keys before anything else, and drop stale input."""
@@ -618,25 +515,13 @@ class KeyApp(App[int], inherit_bindings=False):
         await super().on_event(event)
 
 
-# If a timer fires this late, the app was busy, and keys may be waiting in its queue.
-BUSY_S = 0.02
-
-# The time that events queued while the app was busy need to be processed: the release of a key, or
-# its next repeat, may be among them.
-SETTLE_S = 0.03
-
-
 class HoldAlarm:
-    """A single timer: a new time replaces the previous one.
-
-    If the app was too busy to fire it in time, it handles queued events first.
-    """
+    """A single timer: a new time replaces the previous one."""
 
     def __init__(self, app: KeyApp, call: Callable[[], object]) -> None:
         self._app = app
         self._call = call
         self._timer: Timer | None = None
-        self._due_s = math.inf
 
     def after(self, delay_s: float) -> None:
         """Fire once after this delay; infinite means never."""
@@ -644,13 +529,9 @@ class HoldAlarm:
             self._timer.stop()
             self._timer = None
         if delay_s != math.inf:
-            delay_s = max(delay_s, 0.001)
-            self._due_s = time.monotonic() + delay_s
-            self._timer = self._app.set_timer(delay_s, self._ring)
+            self._timer = self._app.set_timer(max(delay_s, 0.001), self._ring)
 
     def _ring(self) -> None:
         self._app.input.alive()  # a key held before a suspension is not held after it
-        if time.monotonic() - self._due_s > BUSY_S:
-            self.after(SETTLE_S)
-        else:
-            self._call()
+        # behind the keys that a busy app has yet to handle: the next repeat may be among them
+        self._app.call_later(self._call)

@@ -29,7 +29,6 @@ AT_SHARE = 0.002
 
 DEGREE = "\N{DEGREE SIGN}"
 CAP_STYLE = "reverse"
-MOVING_STYLE = "bold $text-primary"
 # The style of a value and of its mark on the bar, by the sign after the value.
 MARK_STYLES = {"": "bold $text-primary", "!": "bold $text-warning", "!!": "bold $text-error"}
 
@@ -38,8 +37,8 @@ MARK_STYLES = {"": "bold $text-primary", "!": "bold $text-warning", "!!": "bold 
 class AxisRow:
     """One axis as it is shown. A value or limits of None are not known.
 
-    `pair` are the keys that move it in the present mode; None where none do. `moving` says that
-    the value has just changed. `warns` is whether it is worth a warning that a limit is near.
+    `pair` are the keys that move it in the present mode; None where none do. `warns` is whether it
+    is worth a warning that a limit is near.
     """
 
     name: str
@@ -47,7 +46,6 @@ class AxisRow:
     unit: str
     limits: tuple[float, float] | None = None
     pair: JogPair | None = None
-    moving: bool = False
     warns: bool = True
 
     @property
@@ -156,8 +154,7 @@ class AxisTable(PlainText):
 
     def _row(self, row: AxisRow, width: int, caps: int) -> Iterator[Span]:
         yield from self._caps(row.pair, caps)
-        style, name = MOVING_STYLE if row.moving else "", shown_name(row.name)[: self._name_width]
-        yield f" {'>' if row.moving else ' '}{name:<{self._name_width}}", style
+        yield f"  {shown_name(row.name)[: self._name_width]:<{self._name_width}}", ""
         yield f"{row.value_text:>{VALUE_WIDTH}}", MARK_STYLES[row.sign] if row.sign else "bold"
         yield f"{row.sign:<2}", MARK_STYLES[row.sign]
         # room for a bar between its two limits, else for a bar alone, else for none

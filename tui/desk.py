@@ -48,13 +48,18 @@ from tui.keys.table import (
     summary_of,
 )
 from tui.safety import (
+    FACT_GAP,
     LEADS_OUT,
     SafetyPanel,
     after_reset,
+    badge_of,
+    banner,
     can_reference,
     hindrance,
+    position_text,
     progress_of,
-    safety_state,
+    stopping_text,
+    titled_arm,
     way_out,
     without_link,
 )
@@ -113,13 +118,20 @@ class ArmLink:
             self.paused_at = ""  # another program may make the next pause
         self.follow_stops()
         if self.lost and not self._unchecked:
-            self._note_loss()
+            self._unchecked = True
+            self._desk.disarm("the link is lost")
+            self._desk.say("")  # the last message was about a link that worked
+            self._desk.close_dialogs(PostureScreen)
         elif self._unchecked and status.state in (State.ERROR_STOP, State.DISABLED):
-            self._note_return()  # in other states the check still runs
-        hand = self._desk.screens.hand
+            self._unchecked = False  # in other states the check still runs
+            self._desk.say("the link is back: nothing was moved")
+        hand = self._desk.hand
         if hand is not None and hand.armed and (why := self.hindrance(Needs.MOTORS)):
             hand.disarm(why)  # the first key after a reset must not move the arm
-        self._hear(before, status)
+        # a notice that has ended clears the message only if the message is that notice
+        new = status.notices != before.notices
+        if new and (status.notice or self._desk.message == before.notice):
+            self._desk.message = status.notice
 
     def follow_stops(self, reason: str = STOPPED) -> None:
         """After a stop, by this desk or another program, end everything that was begun before it.
@@ -130,14 +142,7 @@ class ArmLink:
         if stops != self._stops:
             self._desk.message = "" if self.lost else reason
             self._desk.disarm(reason)
-            self._desk.dialogs.close_questions()
-
-    def _hear(self, before: Status, status: Status) -> None:
-        """Show a new notice of the arm as the desk's message; clear it when the notice ends."""
-        new = status.notices != before.notices
-        # an ended notice clears the message only if the message is that notice
-        if new and (status.notice or self._desk.message == before.notice):
-            self._desk.message = status.notice
+            self._desk.close_dialogs(PostureScreen)
 
     @property
     def pausable(self) -> bool:
@@ -157,18 +162,6 @@ class ArmLink:
         self.paused_at = place
         self._desk.arm.pause()
         self._desk.confirmation.refuse()
-
-    def _note_loss(self) -> None:
-        """Disarm the jog keys, and close the questions about a lost arm."""
-        self._unchecked = True
-        self._desk.disarm("the link is lost")
-        self._desk.say("")  # the last message was about a link that worked
-        self._desk.dialogs.close_questions()
-
-    def _note_return(self) -> None:
-        """Say that the link is back, and that the arm was checked."""
-        self._unchecked = False
-        self._desk.say("the link is back: nothing was moved")
 
 
 class ArmControl:
@@ -190,11 +183,12 @@ class ArmControl:
 
     def reset(self) -> None:
         """Leave the error state."""
-        self._desk.calls.make(self._reset)
 
-    def _reset(self) -> str:
-        self._arm.reset()
-        return after_reset(self._arm.status, self._desk.keys)
+        def reset() -> str:
+            self._arm.reset()
+            return after_reset(self._arm.status, self._desk.keys)
+
+        self._desk.calls.make(reset)
 
     def reconnect(self) -> None:
         """Try once to reconnect a lost link. Moves nothing."""
@@ -236,13 +230,9 @@ class ArmControl:
             raise BadRequest(str(preview.refusal))
         posture = Moment(preview.end, self._desk.link.status.gripper_mm)
         text = f"THE ARM WILL MOVE to its park posture, drawn here, at {speed:.0%} of its speed."
-        # decided now: a stop before the answer must keep the arm from moving
-        stops = self._arm.stops
-
-        def go() -> None:
-            self._arm.start(move, stops=stops).wait()
-
-        self._ask(text, posture, go, "parked", asked="Is the way clear?")
+        # counted now: a stop before the answer must keep the arm from moving
+        start = partial(self._arm.start, move, stops=self._arm.stops)
+        self._ask(text, posture, lambda: start().wait(), "parked", asked="Is the way clear?")
 
     def switch_motors(self) -> None:
         """Switch the motor current on; off only after a question, since the arm sags then."""
@@ -289,9 +279,10 @@ class ArmControl:
             posture,
             desk.keys,
             asked,
+            desk.confirmation,
             braille=desk.braille,
         )
-        desk.dialogs.open(dialog, answered)
+        desk.open_dialog(dialog, answered)
 
 
 class DeskScreen(Screen[None]):
@@ -300,6 +291,9 @@ class DeskScreen(Screen[None]):
     AUTO_FOCUS = ""
     place: ClassVar[str] = ""
     """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
+
+    go: ClassVar[str] = "go"
+    """The row of what the screen is for, which is offered first."""
 
     hand: DeskJogging | None = None
     """The jogging of this screen; None if it has no jog keys."""
@@ -387,26 +381,27 @@ class DeskScreen(Screen[None]):
         """Show this status; called at each poll while this is the current screen."""
         if not (self._laid_out and self.is_attached):
             return  # not laid out yet, or already being taken down
-        desk = self.desk
-        state = safety_state(
-            status,
-            desk.keys,
-            armed=self.armed,
-            says=self.says,
-            reconnects=desk.arm.reconnects,
-            paused_at=desk.link.paused_at,
-            program=progress_of(tells() if (tells := desk.arm.program) else {}),
-            spoken=desk.spoken,
+        desk, lost, keys = self.desk, self.desk.link.lost, self.desk.keys
+        program = progress_of(tells() if (tells := desk.arm.program) else {})
+        forbids = desk.spoken(
+            banner(status, keys, reconnects=desk.arm.reconnects, paused_at=desk.link.paused_at)
         )
-        lost, message = desk.link.lost, desk.spoken(desk.message)
-        if message.rstrip(".") in state.forbids:
+        settings = "" if lost or not self.settings_text else f"{FACT_GAP}{self.settings_text}"
+        self.query_one(SafetyPanel).show(
+            titled_arm(status, program),
+            badge_of(status, armed=self.armed),
+            forbids or self.says,
+            status.trust,
+            desk.spoken(position_text(status, keys)),
+            f"{stopping_text(status)}{settings}",
+            real=not status.simulated,
+        )
+        message = desk.spoken(desk.message)
+        if message.rstrip(".") in forbids:
             message = ""
         if lost:
             message = f"{without_link(status)}\n{message}".strip()
-        idle = {row for row, works in self.works.items() if not works}
-        idle |= {*self._resting, *((STOP,) if lost else ())}
-        rows = desk.keys.next_keys(self.place, idle, self.first_keys(status))
-        self.query_one(SafetyPanel).show(state, "" if lost else self.settings_text)
+        rows = desk.keys.next_keys(self.place, self._idle, self.first_keys(status))
         fill_frame(self, message or self.hint + self._more, rows)
         self.show_body(status)
 
@@ -416,13 +411,16 @@ class DeskScreen(Screen[None]):
         return (PAUSE,) if self.desk.keys.row(PAUSE).counts_at(self.place) else ()
 
     @property
-    def _resting(self) -> tuple[str, ...]:
-        """The rows that would do nothing in the present state of the arm."""
+    def _idle(self) -> set[str]:
+        """The rows that would do nothing now."""
         link = self.desk.link
         unmet = {needs for needs in Needs if link.hindrance(needs)}
-        rows = self.desk.keys.at(self.place)
-        hindered = tuple(row.id for row in rows if self.needs(row) in unmet)
-        return (*hindered, *((f"{self.place}-go",) if link.pausable else self._pauses))
+        idle = {row.id for row in self.desk.keys.at(self.place) if self.needs(row) in unmet}
+        idle |= {row for row, works in self.works.items() if not works}
+        idle |= {STOP} if link.lost else set()
+        if not link.pausable:
+            return idle.union(self._pauses)
+        return idle | ({self.go} if self.desk.keys.row(self.go).needs else set())
 
     def needs(self, row: DeskKey) -> Needs:
         """Return what a row of the table of keys needs of the arm on this screen now."""
@@ -432,20 +430,18 @@ class DeskScreen(Screen[None]):
     def _more(self) -> str:
         """How to scroll to what the panels cut off; empty if nothing is cut off."""
         below = any(each.max_scroll_y > each.scroll_y for each in self.query(VerticalScroll))
-        return f" ({short_label(self.desk.keys.of('more')[0])}: more)" if below else ""
+        return f" ({short_label(self.desk.keys.row('more')).split()[-1]}: more)" if below else ""
 
     def first_keys(self, status: Status) -> tuple[str, ...]:
         """Return the ids of rows that pause a moving arm, or make a blocked one drivable again."""
-        reference = ("reference",) if can_reference(status.state) else ()
-        by_trust = {
-            Trust.UNKNOWN: reference,
-            Trust.SUSPECT: reference,
-            Trust.RESTORED: ("confirm",),
-        }
-        pauses = self._pauses if self.desk.link.pausable else ()
         if status.state in IMMOBILE:
-            return (LEADS_OUT[status.state],)
-        return pauses or by_trust.get(status.trust, ())
+            return (LEADS_OUT[status.state], self.go)
+        if self.desk.link.pausable and self._pauses:
+            return (*self._pauses, self.go)
+        if status.trust is Trust.RESTORED:
+            return ("confirm", self.go)
+        reference = status.trust is not Trust.REFERENCED and can_reference(status.state)
+        return ("reference", self.go) if reference else (self.go,)
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or resume it."""
@@ -463,30 +459,6 @@ class DeskScreen(Screen[None]):
     def text(self, name: str) -> PlainText:
         """Return one of the screen's texts."""
         return text_of(self, name)
-
-
-class DeskScreens:
-    """The current screen of a desk, and the way to another one. Every change of screen disarms."""
-
-    def __init__(self, desk: Desk) -> None:
-        self._desk = desk
-
-    @property
-    def current(self) -> DeskScreen:
-        """The current screen; dialogs may lie above it."""
-        return cast("DeskScreen", self._desk.screen_stack[0])
-
-    @property
-    def hand(self) -> DeskJogging | None:
-        """The hand on the jog keys, where the current screen has those."""
-        return self.current.hand if self._desk.screen_stack else None
-
-    def show(self, place: str) -> None:
-        """Go to a screen by its id. A held jog of the previous screen ends first."""
-        self._desk.disarm("another screen is shown")
-        self._desk.dialogs.close_all()
-        self._desk.message = ""  # the message was about the previous screen
-        self._desk.switch_mode(place)
 
 
 class Desk(KeyApp):
@@ -522,7 +494,6 @@ class Desk(KeyApp):
         super().__init__(keys, braille=braille, look=self.settings.look, clock=clock)
         for place, screen in screens.items():
             self.add_mode(place, screen)
-        self.screens: DeskScreens = DeskScreens(self)
         self.arm = arm
         self._handle_signals = handle_signals
         self.goal: Joints | None = None
@@ -531,21 +502,36 @@ class Desk(KeyApp):
         """The program file that was named when the desk was opened."""
         self.programs = Path.cwd()
         """The folder whose program files are listed."""
-        self.opens: Path | None = None
-        """The arm file that the next desk is to be opened on."""
         # from the thread that reads the keys, so that a stop waits for no picture
         self.input.urgent = dict.fromkeys(self.stop_keys, arm.request_stop)
-        self.input.hand = lambda: self.screens.hand
+        self.input.hand = lambda: self.hand
         self.link = ArmLink(self)
         """The latest status, and whether there is a link at all."""
         self.message = arm.status.notice
         self.control = ArmControl(self)
 
+    @property
+    def current(self) -> DeskScreen:
+        """The current screen; dialogs may lie above it."""
+        return cast("DeskScreen", self.screen_stack[0])
+
+    @property
+    def hand(self) -> DeskJogging | None:
+        """The hand on the jog keys, where the current screen has those."""
+        return self.current.hand if self.screen_stack else None
+
     def disarm(self, reason: str) -> None:
         """End a held jog of the current screen, and disarm its keys."""
         super().disarm(reason)
         if self.screen_stack:  # otherwise the screens are already being removed
-            self.screens.current.disarm(reason)
+            self.current.disarm(reason)
+
+    def action_show_screen(self, place: str) -> None:
+        """Go to a screen by its id. A held jog of the previous screen ends first."""
+        self.disarm("another screen is shown")
+        self.close_dialogs()
+        self.message = ""  # the message was about the previous screen
+        self.switch_mode(place)
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -554,19 +540,17 @@ class Desk(KeyApp):
         if self._handle_signals:
             on_ending_signals(self._end_by_signal)
         self.polling = self.set_interval(POLL_S, self.poll)
-        self.call_after_refresh(self.input.begin)
+        self.call_after_refresh(self.input.fresh.begin)
         if not self.settings.instructed:
             first = first_dialog(self.keys, self.link.status)
-            self.dialogs.open(first, lambda _: setattr(self.settings, "instructed", True))
+            self.open_dialog(first, lambda _: setattr(self.settings, "instructed", True))
 
     def poll(self) -> None:
         """Store the latest status, show changes, then perform what two presses have confirmed."""
         self.input.alive()  # first: what was confirmed before a suspension must not be done after
         self.link.take(self.arm.status)
         self.show()
-        if (act := self.confirmation.due()) is not None:
-            with self.calls.acting():
-                act()
+        self.act_on_confirmed()
 
     def say(self, message: str) -> None:
         """Show a message. The effects of a stop come before its result."""
@@ -576,28 +560,25 @@ class Desk(KeyApp):
     def show(self) -> None:
         """Show the latest status on the current screen."""
         if self.is_running and self.screen_stack:  # otherwise the screens are being removed
-            self.screens.current.show(self.link.status)
+            self.current.show(self.link.status)
 
     def spoken(self, text: str) -> str:
         """Return a text in the words of the desk, with the joints as people write them."""
         return spoken(self.keys.presented(text), self._joint_names)
 
-    def show_place(self, place: str) -> None:
-        """Go to the screen on which a row of the table of keys counts."""
-        self.screens.show(place)
-
     def require(self, action: str | ActionParseResult) -> None:
         """Raise `BadRequest` if the arm as it is lets the key of an action do nothing."""
-        row = next((row for row in self.keys.at(self.place) if row.action == action), None)
+        rows = self.keys.at(self.place)
+        row = next((r for r in rows for *_, does in r.bound if does == action), None)
         if row is not None:
-            self.link.require(self.screens.current.needs(row))
+            self.link.require(self.current.needs(row))
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer the actions of this screen, actions found by other words, and the themes."""
         del screen
         known = (row for row in self.keys.rows if row.also and not row.counts_at(self.place))
         known = (row for row in known if row.places)
-        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.looks.put_on)
+        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.put_on)
 
     # -- stopping and ending ------------------------------------------------------------------
 
@@ -607,7 +588,7 @@ class Desk(KeyApp):
         self.arm.request_stop()
         self.link.follow_stops("stopped")
         self.message = "" if self.link.lost else "STOP requested; the keys are disarmed"
-        self.dialogs.close_all()
+        self.close_dialogs()
         self.show()
 
     def action_leave(self) -> None:
@@ -617,7 +598,7 @@ class Desk(KeyApp):
 
     def on_key(self, event: events.Key) -> None:
         """Report that a key has no meaning here, such as a letter of another keyboard layout."""
-        bound = any(event.key in row.keys for row in self.keys.at(self.place))
+        bound = any(event.key in row.all_keys for row in self.keys.at(self.place))
         if event.is_printable and not bound and len(self.screen_stack) == 1:
             help_key = self.keys.label("help")
             self.say(f"{event.character} is no key of this screen: {help_key} shows the keys")
@@ -625,8 +606,8 @@ class Desk(KeyApp):
     def on_key_up(self, event: KeyUp) -> None:
         """End a held jog as soon as the terminal reports the release of its key."""
         key = self.keys.jog_key(event.key)
-        if key is not None and self.screens.hand is not None:
-            self.screens.hand.key_up(key)
+        if key is not None and self.hand is not None:
+            self.hand.key_up(key)
 
     def on_app_blur(self) -> None:
         """Disarm when the terminal reports that another window has the keyboard."""
@@ -640,7 +621,7 @@ class Desk(KeyApp):
     def on_unmount(self) -> None:
         """Stop the arm, whatever has ended the desk, and save the settings."""
         self.arm.request_stop()
-        look = self.settings.look if self.no_color else self.looks.name
+        look = self.settings.look if self.no_color else self.look
         self.settings.keep(self.link.status, look)
 
     def _end_by_signal(self, number: int) -> None:

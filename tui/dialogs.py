@@ -20,6 +20,7 @@ from kinematics.presets import ArmModel
 from kinematics.text import folded
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import Keyboard, bindings, label
+from tui.keys.presses import Confirmation
 from tui.keys.table import DeskKey, JogPair
 from tui.safety import bound_text
 from tui.settings import LOOKS
@@ -98,6 +99,11 @@ class TextDialog(ModalScreen[None]):
             self._choose(by)
             self._fill()
 
+    def action_clear(self) -> None:
+        """Delete the whole text that was typed."""
+        if self.typing is not None:
+            self.typing.clear()
+
     def action_close(self) -> None:
         """Go back to the desk: the text was read."""
         self.dismiss()
@@ -130,43 +136,46 @@ class PostureScreen(ModalScreen[bool]):
 
     def __init__(
         self,
-        description: str,
+        words: str,
         model: ArmModel,
         posture: Moment,
         keys: Keyboard,
         asked: str,
+        confirmation: Confirmation,
         *,
         braille: bool,
     ) -> None:
+        """`confirmation` lets a yes count once no other key has followed it."""
         super().__init__()
-        self._description = description
-        self._model = model
+        self._words = words
         self._posture = posture
-        self._keys = keys
-        self._asked = asked
-        self._braille = braille
+        self._asked = f"{asked}   {keys.label('yes')} yes   {keys.label('no')} no"
+        self._confirmation = confirmation
+        self._views = [
+            SpaceView(model, braille=braille, camera=camera)
+            for camera in posture_cameras(posture.joints)
+        ]
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
         with Vertical(classes="dialog"):
             yield PlainText(id="posture-text")
-            with Horizontal():
-                for camera in posture_cameras(self._posture.joints):
-                    yield SpaceView(self._model, braille=self._braille, camera=camera)
+            yield Horizontal(*self._views)
             yield PlainText(id="posture-question")
 
     def on_mount(self) -> None:
         """Draw the posture and put the question."""
-        text_of(self, "posture-text").show(self._description)
-        text_of(self, "posture-question").show(
-            f"{self._asked}   {self._keys.label('yes')} yes   {self._keys.label('no')} no"
-        )
-        for view in self.query(SpaceView):
+        text_of(self, "posture-text").show(self._words)
+        text_of(self, "posture-question").show(self._asked)
+        for view in self._views:
             view.show(self._posture)
 
     def action_answer(self, answer: bool) -> None:
         """Close the dialog with this answer."""
-        self.dismiss(result=answer)
+        if answer:
+            self._confirmation.press("says yes", partial(self.dismiss, result=True), needed=1)
+        else:
+            self.dismiss(result=False)
 
 
 def first_facts(keys: Keyboard, status: Status) -> tuple[str, str, str]:
@@ -210,15 +219,11 @@ def commands(
     """
     for row in rows:
         if (row.description or row.also) and row.id not in NOT_LISTED:
-            title, more = _title_of(row)
-            yield SystemCommand(title, more, partial(run, row.id))
+            first, _, rest = row.tooltip.partition(". ")
+            also = f" (also: {row.also})" if row.also else ""
+            what = f"{first.removesuffix('.')}{also}"
+            for name, keys, _ in row.bound:
+                title = f"{row.description or row.id} ({label(keys[0])}): {what}"
+                yield SystemCommand(title, rest, partial(run, name))
     for look in LOOKS:
         yield SystemCommand(f"look: {look.name}", look.summary, partial(put_on, look.name))
-
-
-def _title_of(row: DeskKey) -> tuple[str, str]:
-    """Return what the palette searches: name, key, first sentence and other words; and the rest."""
-    first, _, rest = row.tooltip.partition(". ")
-    also = f" (also: {row.also})" if row.also else ""
-    name = row.description or row.id
-    return f"{name} ({label(row.keys[0])}): {first.removesuffix('.')}{also}", rest

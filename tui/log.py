@@ -1,8 +1,8 @@
 """The log screen: what passes between the arm and the desk, in words, as it comes.
 
-At each poll `LogView.read` takes at most a portion of new lines from the flight recorder. `LogBook`
-keeps them and sieves them, `Folding` folds idle polling of what passes the sieve, and `Window`
-chooses the lines in sight by their numbers, which do not change while others come and go.
+At each poll `LogScreen` takes at most a portion of new lines from the flight recorder. `LogBook`
+keeps them and sieves them, and `Folding` folds idle polling of what passes the sieve. The chosen
+line goes by its number, which does not change while others come and go.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -24,7 +24,7 @@ from armdrive.status import Status
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
 from kinematics.text import counted, folded
-from tui.desk import Desk, DeskScreen
+from tui.desk import DeskScreen
 from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
 from tui.widgets import panels
@@ -86,147 +86,16 @@ class Folding:
         return replace(self._repeated[0], time_s=last.time_s, shown="...", words=words)
 
 
-@dataclass(slots=True)
-class Window:
-    """A window over lines that grow at one end and go at the other; lines go by their numbers.
-
-    `chosen` and `top` are numbers of lines: what is looked at stays where it is while others come.
-    Without a chosen line the newest is followed.
-    """
-
-    chosen: int | None = None
-    top: int = 0
-
-    def visible(self, lines: Sequence[LogLine], height: int) -> Sequence[LogLine]:
-        """Return the lines in sight, no more than `height`, with the chosen one among them.
-
-        None are in sight of a screen that has not been laid out yet.
-        """
-        if height <= 0:
-            return lines[:0]
-        last = max(len(lines) - height, 0)
-        if self.chosen is None or not lines:
-            first = last
-        else:
-            at = index_of(lines, self.chosen)
-            self.chosen = lines[at].number
-            first = min(max(index_of(lines, self.top), at - height + 1), at, last)
-        self.top = lines[first].number if lines else 0
-        return lines[first : first + height]
-
-    def go(self, lines: Sequence[LogLine], by: int) -> None:
-        """Choose the line `by` lines further on; beyond the last one, follow the newest."""
-        if not lines:
-            return
-        at = len(lines) - 1 if self.chosen is None else index_of(lines, self.chosen)
-        if self.chosen is None and by >= 0:
-            return
-        at += by
-        self.chosen = None if at >= len(lines) else lines[max(at, 0)].number
-
-    def line(self, lines: Sequence[LogLine]) -> LogLine | None:
-        """Return the chosen line, or the newest; None where there is none."""
-        if not lines:
-            return None
-        return lines[-1] if self.chosen is None else lines[index_of(lines, self.chosen)]
-
-
-def index_of(lines: Sequence[LogLine], number: int) -> int:
-    """Return the index of a line, or of the next one if it was dropped. `lines` is not empty."""
-    at = bisect_left(lines, number, key=lambda line: line.number)
+def index_of(lines: Sequence[LogLine], number: int | None) -> int:
+    """Return the index of a line, or of the next one if it was dropped; None means the newest."""
+    at = len(lines) if number is None else bisect_left(lines, number, key=lambda each: each.number)
     return min(at, len(lines) - 1)
 
 
-class LogView:
-    """The log as it is read at a desk, and the keys that go through it."""
-
-    def __init__(self, desk: Desk) -> None:
-        self.book = LogBook()
-        self.window = Window()
-        self._desk = desk
-        self._reader: LogReader | None = None
-        self._folding = Folding()
-        self._height = 0
-
-    @property
-    def _lines(self) -> Sequence[LogLine]:
-        return self._folding.lines
-
-    @property
-    def following(self) -> bool:
-        """Whether the newest line is followed."""
-        return self.window.chosen is None
-
-    @property
-    def line(self) -> LogLine | None:
-        """The chosen line, or the newest; None where there is none."""
-        return self.window.line(self._lines)
-
-    def visible(self, height: int) -> Sequence[LogLine]:
-        """Return the lines in sight, no more than `height`."""
-        self._height = height
-        return self.window.visible(self._lines, height)
-
-    def read(self) -> None:
-        """Read what is new."""
-        try:
-            if self._reader is None:
-                self._reader = self._desk.arm.recorder.log()
-            new = self._reader.read(PORTION)
-        except ArmError as error:
-            self._desk.message = str(error)
-            return
-        self.book.take(new)
-        self._folding.take(filter(self.book.filter.passes, new), self.book.kept)
-
-    def sieve(self, sieve: LogFilter) -> None:
-        """Show other lines."""
-        self.book.choose(sieve)
-        self._folding = Folding()
-        self._folding.take(self.book.lines, self.book.kept)
-
-    def find(self, text: str) -> None:
-        """Show only lines that contain a text."""
-        self.sieve(LogFilter(self.book.filter.topics, text))
-        self._desk.show()
-
-    # -- keys ---------------------------------------------------------------------------------
-
-    def switch_topic(self, topic: str) -> None:
-        """Show a topic, or leave it out."""
-        self.sieve(self.book.filter.toggled(Topic(topic)))
-
-    def show_all(self) -> None:
-        """Show everything again, and follow it."""
-        self.follow()
-        self.sieve(LogFilter())
-
-    def switch_hold(self) -> None:
-        """Hold the lines still, or follow the newest again."""
-        if self.following:
-            self.choose(self.line)
-        else:
-            self.follow()
-
-    def go(self, by: int) -> None:
-        """Choose another line."""
-        self.window.go(self._lines, by)
-
-    def turn_page(self, by: int) -> None:
-        """Choose a line a page away."""
-        self.go(by * max(self._height - 1, 1))
-
-    def go_first(self) -> None:
-        """Choose the oldest line."""
-        self.go(-len(self._lines))
-
-    def follow(self) -> None:
-        """Follow the newest line again."""
-        self.window = Window()
-
-    def choose(self, line: LogLine | None) -> None:
-        """Choose a line, which then stays in sight."""
-        self.window.chosen = None if line is None else line.number
+def in_sight(lines: Sequence[LogLine], at: int, height: int) -> Sequence[LogLine]:
+    """Return no more than `height` lines, of which this one is the last if there are enough."""
+    first = max(at + 1 - height, 0)
+    return lines[first : first + max(height, 0)]
 
 
 # Stands at the end of what did not fit; enter shows the whole line.
@@ -308,25 +177,6 @@ def _filled(text: str, width: int) -> str:
     return "\n".join(folded(text, max(width, 20)))
 
 
-# The dialogs: a line in full, the text that lines must have, and every error there is.
-
-
-def line_dialog(keys: Keyboard, line: LogLine) -> TextDialog:
-    """Return a dialog with one line in full, with cause and remedy where it is an error."""
-    closes = f"{keys.label('close')} closes"
-    return TextDialog(lambda width, _: f"{whole_line(line, width, keys)}\n\n{closes}")
-
-
-def find_dialog(keys: Keyboard, view: LogView) -> TextDialog:
-    """Return a dialog for the text that every line must have; the log follows as it is typed."""
-
-    def words(*_: int) -> str:
-        prompt = asked_text("only lines with", view.book.filter.text)
-        return f"{prompt}\n{keys.label('close')}: done"
-
-    return TextDialog(words, short=True, text=view.book.filter.text, typed=view.find)
-
-
 class ErrorSearch:
     """Every error of the catalogue, found by words; the chosen one in full."""
 
@@ -361,11 +211,26 @@ class LogScreen(DeskScreen):
     """Shows, and moves nothing. What has come since the last poll is read, and no more."""
 
     place = "log"
+    go = "log-open"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
 
     def __init__(self) -> None:
         super().__init__()
-        self.log_view = LogView(self.desk)
+        self.book = LogBook()
+        self.chosen: int | None = None
+        """The number of the chosen line, which stays in sight; None to follow the newest."""
+        self._reader: LogReader | None = None
+        self._folding = Folding()
+
+    @property
+    def lines(self) -> Sequence[LogLine]:
+        """The lines that pass the filter, with idle polling folded."""
+        return self._folding.lines
+
+    @property
+    def line(self) -> LogLine | None:
+        """The chosen line, or the newest; None where there is none."""
+        return self.lines[index_of(self.lines, self.chosen)] if self.lines else None
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: what is shown of how much, and the lines."""
@@ -374,40 +239,102 @@ class LogScreen(DeskScreen):
 
     def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
         """Take what has come, and show it."""
-        view, keys = self.log_view, self.desk.keys
-        view.read()
-        self.text("log-head").show(log_head(view.book, keys, following=view.following))
+        self._read()
+        head = log_head(self.book, self.desk.keys, following=self.chosen is None)
+        self.text("log-head").show(head)
         listed = self.text("log-lines")
         width, height = listed.content_size
-        chosen = None if view.following else view.line
+        chosen = None if self.chosen is None else self.line
         rows = [
             (log_row(line, width, chosen=line is chosen), STYLES.get(line.topic, ""))
-            for line in view.visible(height)
+            for line in in_sight(self.lines, index_of(self.lines, self.chosen), height)
         ]
         if not rows:
-            rows = [(nothing_text(view.book.filter), "")]
+            rows = [(nothing_text(self.book.filter), "")]
         # cut once more: an escape is longer than what it stands for
         listed.show_lines((printable(text)[: len(text)], style) for text, style in rows)
 
+    def _read(self) -> None:
+        """Read what is new."""
+        try:
+            if self._reader is None:
+                self._reader = self.desk.arm.recorder.log()
+            new = self._reader.read(PORTION)
+        except ArmError as error:
+            self.desk.message = str(error)
+            return
+        self.book.take(new)
+        self._folding.take(filter(self.book.filter.passes, new), self.book.kept)
+
+    def sieve(self, sieve: LogFilter) -> None:
+        """Show other lines."""
+        self.book.choose(sieve)
+        self._folding = Folding()
+        self._folding.take(self.book.lines, self.book.kept)
+
     # -- keys ---------------------------------------------------------------------------------
 
+    def action_choose(self, by: int) -> None:
+        """Choose another line; beyond the last one, follow the newest."""
+        at = index_of(self.lines, self.chosen) + by
+        if self.lines:
+            self.chosen = self.lines[max(at, 0)].number if at < len(self.lines) else None
+
+    def action_turn_page(self, by: int) -> None:
+        """Choose a line a page away."""
+        self.action_choose(by * max(self.text("log-lines").content_size.height - 1, 1))
+
+    def action_go_first(self) -> None:
+        """Choose the oldest line."""
+        self.action_choose(-len(self.lines))
+
+    def action_follow(self) -> None:
+        """Follow the newest line again."""
+        self.chosen = None
+
+    def action_switch_hold(self) -> None:
+        """Hold the lines still, or follow the newest again."""
+        line = self.line
+        self.chosen = line.number if line is not None and self.chosen is None else None
+
+    def action_switch_topic(self, topic: str) -> None:
+        """Show a topic, or leave it out."""
+        self.sieve(self.book.filter.toggled(Topic(topic)))
+
+    def action_show_all(self) -> None:
+        """Show everything again, and follow it."""
+        self.action_follow()
+        self.sieve(LogFilter())
+
     def action_find(self) -> None:
-        """Type what all lines must have."""
-        self.desk.dialogs.open(find_dialog(self.desk.keys, self.log_view))
+        """Type what all lines must have; the log follows as it is typed."""
+        keys = self.desk.keys
+
+        def words(*_: int) -> str:
+            prompt = asked_text("only lines with", self.book.filter.text)
+            return f"{prompt}\n{keys.label('close')}: done"
+
+        def find(text: str) -> None:
+            self.sieve(LogFilter(self.book.filter.topics, text))
+            self.desk.show()
+
+        self.desk.open_dialog(TextDialog(words, short=True, text=self.book.filter.text, typed=find))
 
     def action_open_line(self) -> None:
-        """Show all of the chosen line, or of the newest one."""
-        line = self.log_view.line
+        """Show all of the chosen line, or of the newest one: of an error, cause and remedy too."""
+        line, keys = self.line, self.desk.keys
         if line is None:
             raise BadRequest("there is no line to open")
-        self.log_view.choose(line)
-        self.desk.dialogs.open(line_dialog(self.desk.keys, line))
+        self.chosen = line.number
+        closes = f"{keys.label('close')} closes"
+        self.desk.open_dialog(
+            TextDialog(lambda width, _: f"{whole_line(line, width, keys)}\n\n{closes}")
+        )
 
     def action_catalogue(self) -> None:
         """Show all errors."""
-        line = self.log_view.line
-        code = line.code if line is not None else ""
-        self.desk.dialogs.open(ErrorSearch(self.desk.keys, code).dialog())
+        code = "" if self.line is None else self.line.code
+        self.desk.open_dialog(ErrorSearch(self.desk.keys, code).dialog())
 
     def action_save(self) -> None:
         """Write the recording, and say where it is."""

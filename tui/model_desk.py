@@ -177,8 +177,11 @@ class ModelScreen(Screen[None]):
 
     def __init__(self) -> None:
         super().__init__()
-        self.adjustments = self.desk.hand
-        self._figure = ChainFigure(self.desk.hand.subject.chain)
+        hand = self.desk.hand
+        self.action_switch_mode, self.action_change_step = hand.switch_mode, hand.change_step
+        self.action_next_solution, self.action_zero = hand.next_solution, hand.zero
+        self.action_turn_page = self.desk.action_scroll
+        self._figure = ChainFigure(hand.subject.chain)
 
     @property
     def desk(self) -> ModelDesk:
@@ -310,7 +313,7 @@ class ModelDesk(KeyApp):
         self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS, look: str = ""
     ) -> None:
         super().__init__(model_keys(keys), braille=braille, look=look)
-        self.input.suspended_s = math.inf  # it does not poll, and seems idle between two keys
+        self.input.fresh.suspended_s = math.inf  # it does not poll, and seems idle between two keys
         self.hand = ModelHand(subject)
         self.pairs = self.hand.pairs
 
@@ -324,7 +327,7 @@ class ModelDesk(KeyApp):
 
     def action_stop_arm(self) -> None:
         """Close what lies over the model, and say that nothing moves."""
-        self.dialogs.close_all()
+        self.close_dialogs()
         self.say("there is nothing to stop: no arm is connected")
 
     def action_leave(self) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -73,60 +72,13 @@ DOTS: Mapping[Trust, Span] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class SafetyState:
-    """What the safety panel shows: each field is a line of it, or a part of one.
-
-    `forbids` replaces `says` while something forbids all motion.
-    """
-
-    arm: str
-    real: bool
-    badge: Span
-    says: str
-    forbids: str
-    dot: Span
-    position: str
-    stopping: str
-
-
-def safety_state(
-    status: Status,
-    keys: Keyboard,
-    *,
-    armed: bool,
-    says: str,
-    reconnects: bool,
-    paused_at: str,
-    program: str,
-    spoken: Callable[[str], str],
-) -> SafetyState:
-    """Return what a desk says about its arm.
-
-    `says` follows the badge. `reconnects` means that the arm reconnects by itself; `paused_at` is
-    the screen that paused the arm; `spoken` puts a sentence into the words of the desk.
-    """
-    badge = badge_of(status)
-    if armed and badge == BADGES[State.STANDBY]:
-        badge = ARMED
-    forbids = banner(status, keys, reconnects=reconnects, paused_at=paused_at)
-    return SafetyState(
-        arm=titled_arm(status, program),
-        real=not status.simulated,
-        badge=badge,
-        says=says,
-        forbids=spoken(forbids),
-        dot=DOTS[status.trust],
-        position=spoken(position_text(status, keys)),
-        stopping=stopping_text(status),
-    )
-
-
-def badge_of(status: Status) -> Span:
+def badge_of(status: Status, *, armed: bool = False) -> Span:
     """Return the badge of a state; a pause is shown only where the arm could move without it."""
     if status.state is State.DISABLED and status.current is Current.OFF:
         return MOTORS_OFF
-    return PAUSED if status.paused and status.state not in IMMOBILE else BADGES[status.state]
+    if status.paused and status.state not in IMMOBILE:
+        return PAUSED
+    return ARMED if armed and status.state is State.STANDBY else BADGES[status.state]
 
 
 def titled_arm(status: Status, program: str, watched: str = "") -> str:
@@ -195,8 +147,7 @@ def way_out(state: State, keys: Keyboard) -> str:
     """Say what leads out of a state in which nothing can move the arm; empty in others."""
     if state not in IMMOBILE:
         return ""
-    leave = f", or {keys.label('quit')} to leave" if state is State.DISCONNECTED else ""
-    return f"{keys.presented(WAYS_OUT[state])}{leave}"
+    return keys.presented(WAYS_OUT[state])
 
 
 def why_immobile(status: Status, keys: Keyboard) -> str:
@@ -232,36 +183,29 @@ def hindrance(needs: Needs, status: Status, keys: Keyboard) -> str:
 
 def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
-    reason = (
-        coded(status.error, status.error_code)
-        or coded(status.notice, status.notice_code)
-        or trust_words(status.trust.value, status.trust_reason, status.trust_code)
-    )
-    known = WAYS_OUT[status.state] in reason
-    if status.state is State.DISCONNECTED:
-        trying = "The desk keeps trying to reconnect. " if reconnects else ""
-        leave = f"{keys.label('quit')} leaves."
-        way = leave if known else sentence(way_out(status.state, keys))
-        return f"{reason.rstrip('.')}. {trying}{way}"
-    if status.state is State.ERROR_STOP:
-        way = "" if known else f"{sentence(way_out(status.state, keys))} "
-        return f"{reason.rstrip('.')}. {way}That moves nothing."
-    if status.paused:
-        return _paused(keys, paused_at)
-    if status.speed_override < 1.0:
-        return (
-            f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100%` ends that."
+    if status.state in (State.DISCONNECTED, State.ERROR_STOP):
+        reason = (
+            coded(status.error, status.error_code)
+            or coded(status.notice, status.notice_code)
+            or trust_words(status.trust.value, status.trust_reason, status.trust_code)
         )
-    return ""
-
-
-def _paused(keys: Keyboard, paused_at: str) -> str:
-    """Say who has paused the arm, and how it goes on or ends."""
-    stop = f"{keys.label('stop')} ends the motion"
-    if paused_at:
+        trying = "The desk keeps trying to reconnect. " if reconnects else ""
+        known = WAYS_OUT[status.state] in reason
+        way = "" if known else f"{sentence(way_out(status.state, keys))} "
+        tail = f"{keys.label('quit')} leaves."
+        if status.state is State.ERROR_STOP:
+            trying, tail = "", "That moves nothing."
+        return f"{reason.rstrip('.')}. {trying}{way}{tail}"
+    if status.paused:
+        end = f"{keys.label('stop')} ends the motion"
+        if not paused_at:
+            return f"paused from outside: `armdrive resume` resumes it, {end}."
         where = f"{keys.label(PAUSE)} on the {titled(paused_at)} screen"
-        return f"paused at this desk: {where} resumes it, {stop}."
-    return f"paused from outside: `armdrive resume` resumes it, {stop}."
+        return f"paused at this desk: {where} resumes it, {end}."
+    if status.speed_override < 1.0:
+        share = f"{status.speed_override:.0%}"
+        return f"SLOWED from outside to {share}: `armdrive slow 100%` ends that."
+    return ""
 
 
 def after_reset(status: Status, keys: Keyboard) -> str:
@@ -306,18 +250,27 @@ class SafetyPanel(Horizontal):
             yield PlainText(id="trust")
             yield PlainText(id="stopping")
 
-    def show(self, state: SafetyState, settings: str = "") -> None:
-        """Show the arm's state, and how the keys of this screen move it."""
-        word, colour = state.badge
-        says = state.forbids or state.says
+    def show(
+        self,
+        arm: str,
+        badge: Span,
+        says: str,
+        trust: Trust = Trust.UNKNOWN,
+        position: str = "",
+        stopping: str = "",
+        *,
+        real: bool = False,
+    ) -> None:
+        """Show which arm it is, its state, its position, and what a stop takes."""
+        word, colour = badge
+        dot, dot_colour = DOTS[trust]
+        lost = badge == BADGES[State.DISCONNECTED]
         text_of(self, "state").show((f" {word} ", f"bold reverse {colour}"), f" {says}")
-        text_of(self, "trust").show((f"{state.dot[0]} ", state.dot[1]), state.position)
-        facts = [state.stopping, *([settings] if settings else [])]
-        lost = state.badge == BADGES[State.DISCONNECTED]
-        text_of(self, "stopping").show((FACT_GAP.join(facts), "bold" if lost else "dim"))
-        self.set_class(state.real, "-real")
+        text_of(self, "trust").show((f"{dot} ", dot_colour), position)
+        text_of(self, "stopping").show((stopping, "bold" if lost else "dim"))
+        self.set_class(real, "-real")
         self.set_class(lost, "-lost")
-        if state.arm != self.arm:
-            self.arm = state.arm
-            colour = " reverse $error" if state.real else ""
-            self.border_title = Content.styled(f" {printable(state.arm)} ", f"bold{colour}")
+        if arm != self.arm:
+            self.arm = arm
+            colour = " reverse $error" if real else ""
+            self.border_title = Content.styled(f" {printable(arm)} ", f"bold{colour}")

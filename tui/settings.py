@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from textual.theme import Theme
 
@@ -30,9 +30,9 @@ SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
 SIMULATED_SPEED, REAL_SPEED = 0.25, 0.1
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class JogSettings:
-    """Mode, steps and speed. Every change gives new settings; the ends of a row hold.
+    """Mode, steps and speed of the jog keys.
 
     `pairs` are the jog keys of the arm, `frames` the frames it knows.
     """
@@ -46,38 +46,41 @@ class JogSettings:
     frames: tuple[str, ...] = (BASE_FRAME,)
     frame: str = BASE_FRAME
 
-    def other_mode(self) -> JogSettings:
+    def switch_mode(self) -> None:
         """Switch between joint and Cartesian mode."""
-        return replace(self, cartesian=not self.cartesian)
+        self.cartesian = not self.cartesian
 
-    def with_next_frame(self) -> JogSettings:
+    def next_frame(self) -> None:
         """Go on to the next frame, from the last one to the first."""
-        place = self.frames.index(self.frame) + 1
-        return replace(self, frame=self.frames[place % len(self.frames)])
+        self.frame = self.frames[(self.frames.index(self.frame) + 1) % len(self.frames)]
 
-    def with_step(self, by: int) -> JogSettings:
+    def change_step(self, by: int) -> None:
         """Change the step of the present mode: in degrees for joints, in mm for the tip."""
         if self.cartesian:
-            return replace(self, step_mm=neighbour(INCREMENTS, self.step_mm, by))
-        return replace(self, step_deg=neighbour(INCREMENTS, self.step_deg, by))
+            self.step_mm = neighbour(INCREMENTS, self.step_mm, by)
+        else:
+            self.step_deg = neighbour(INCREMENTS, self.step_deg, by)
 
-    def with_speed(self, by: int) -> JogSettings:
+    def change_speed(self, by: int) -> None:
         """Go faster or more slowly."""
-        return replace(self, speed=neighbour(SPEEDS, self.speed, by))
-
-    def step_along(self, axis: str) -> float:
-        """Return one step along an axis: in mm, or in degrees where the axis turns."""
-        return self.step_mm if axis in MM_AXES else self.step_deg
+        self.speed = neighbour(SPEEDS, self.speed, by)
 
     def increment_of(self, key: str) -> Jog:
-        """Return the jog of one tap on a jog key: a distance."""
-        pair = self.pair_of(key)
-        step = 0.0 if pair is None else self.step_along(pair.axis(cartesian=self.cartesian))
-        return self._jog(key, step)
+        """Return the jog of one tap on a jog key: a distance, in mm or in degrees."""
+        direction = self.direction_of(key)
+        ((axis, sign),) = direction.axes
+        step = self.step_mm if axis in MM_AXES else self.step_deg
+        return replace(direction, axes=((axis, sign * step),))
 
     def direction_of(self, key: str) -> Jog:
         """Return the jog of a held jog key: a direction."""
-        return self._jog(key, 1.0)
+        pair = self.pair_of(key)
+        if pair is None:
+            raise BadRequest(f"this arm has no axis for the key {key}")
+        axes = ((pair.axis(cartesian=self.cartesian), 1.0 if key == pair.plus else -1.0),)
+        if self.cartesian:
+            return Jog(Space.CARTESIAN, axes, self.frame)
+        return Jog(Space.JOINT, axes)
 
     @property
     def rows(self) -> tuple[JogPair, ...]:
@@ -88,23 +91,10 @@ class JogSettings:
         """Return the pair that a key belongs to, None where this arm has no such axis."""
         return next((pair for pair in self.pairs if key in (pair.plus, pair.minus)), None)
 
-    def _jog(self, key: str, amount: float) -> Jog:
-        pair = self.pair_of(key)
-        if pair is None:
-            raise BadRequest(f"this arm has no axis for the key {key}")
-        sign = 1.0 if key == pair.plus else -1.0
-        axis = pair.axis(cartesian=self.cartesian)
-        if self.cartesian:
-            return Jog(Space.CARTESIAN, ((axis, sign * amount),), self.frame)
-        return Jog(Space.JOINT, ((axis, sign * amount),))
-
 
 @dataclass(slots=True)
 class MoveSettings:
-    """How the move screen and the points screen reach a goal, and how it is typed.
-
-    The desk keeps all but the line from one session to the next.
-    """
+    """How the move screen and the points screen reach a goal, and how it is typed."""
 
     cartesian: bool = True
     speed: float = 0.5
@@ -196,32 +186,17 @@ MOST_BYTES = 65536
 MOST_ARMS = 40
 
 
-# What was set on one arm, by name. `restored` takes of it what makes sense for the arm.
-ArmMemory = Mapping[str, object]
-
-
 @dataclass(frozen=True, slots=True)
 class DeskMemory:
     """How the desk was left: look, layout of the keyboard, first screen read, each arm's settings.
 
-    `arms` has the arm seen last at its end.
+    `arms` has the arm seen last at its end. All of it may stand in a file that a person edits.
     """
 
     look: str = ""
     instructed: bool = False
-    arms: Mapping[str, ArmMemory] = field(default_factory=dict)
+    arms: Mapping[str, object] = field(default_factory=dict)
     layout: str = ""
-
-    def of(self, status: Status) -> ArmMemory:
-        """Return what was set on this arm; nothing of an arm that is new."""
-        left = self.arms.get(arm_key(status))
-        return left if isinstance(left, dict) else {}  # it stands in a file
-
-    def with_arm(self, status: Status, left: ArmMemory) -> DeskMemory:
-        """Return the memory with what was set on this arm now."""
-        key = arm_key(status)
-        others = [(name, each) for name, each in self.arms.items() if name != key]
-        return replace(self, arms=dict([*others[1 - MOST_ARMS :], (key, left)]))
 
 
 def arm_key(status: Status) -> str:
@@ -264,37 +239,16 @@ def remember(path: Path, what: DeskMemory) -> None:
     replace_file(path, json.dumps(asdict(what), indent=1))
 
 
-# What is remembered of an arm's desk: whose setting it is, and the values that make sense.
-REMEMBERED: Mapping[str, tuple[str, Sequence[object]]] = {
-    "cartesian": ("jog", (False, True)),
-    "step_deg": ("jog", INCREMENTS),
-    "step_mm": ("jog", INCREMENTS),
-    "speed": ("jog", SPEEDS),
-    "move_cartesian": ("move", (False, True)),
-    "move_speed": ("move", SPEEDS),
+# What is remembered of an arm's desk: a part, its field, and the values that make sense.
+REMEMBERED: Mapping[str, tuple[str, str, Sequence[object]]] = {
+    "cartesian": ("jog", "cartesian", (False, True)),
+    "step_deg": ("jog", "step_deg", INCREMENTS),
+    "step_mm": ("jog", "step_mm", INCREMENTS),
+    "speed": ("jog", "speed", SPEEDS),
+    "frame": ("jog", "frame", ()),
+    "move_cartesian": ("move", "cartesian", (False, True)),
+    "move_speed": ("move", "speed", SPEEDS),
 }
-
-
-def remembered(jog: JogSettings, move: MoveSettings) -> ArmMemory:
-    """Return what is to be remembered of an arm's desk."""
-    parts: Mapping[str, object] = {"jog": jog, "move": move}
-    values = {
-        name: getattr(parts[part], name.removeprefix("move_"))
-        for name, (part, _) in REMEMBERED.items()
-    }
-    return {**values, "frame": jog.frame}
-
-
-def restored(
-    jog: JogSettings, move: MoveSettings, left: ArmMemory
-) -> tuple[JogSettings, MoveSettings]:
-    """Return both with what was left in them, as far as this arm and the desk have it now."""
-    found: dict[str, dict[str, Any]] = {"jog": {}, "move": {}}
-    for name, (part, choices) in {**REMEMBERED, "frame": ("jog", jog.frames)}.items():
-        for each in choices:
-            if each == left.get(name):
-                found[part][name.removeprefix("move_")] = each
-    return replace(jog, **found["jog"]), replace(move, **found["move"])
 
 
 class DeskSettings:
@@ -310,21 +264,30 @@ class DeskSettings:
         self._file = file
         self._found = DeskMemory(instructed=True) if file is None else recall(file)
         speed, move_speed = (SIMULATED_SPEED, 0.5) if status.simulated else (REAL_SPEED, 0.25)
-        self.jog, self.move = restored(
-            JogSettings(pairs=pairs, frames=frames, speed=speed),
-            MoveSettings(speed=move_speed),
-            self._found.of(status),
-        )
-        """How jog keys move the arm, and how the arm goes to goals of the move screen."""
+        self.jog = JogSettings(pairs=pairs, frames=frames, speed=speed)
+        """How jog keys move the arm."""
+        self.move = MoveSettings(speed=move_speed)
+        """How the arm goes to goals of the move screen."""
         self.look = self._found.look
         """The look that the desk had."""
         self.instructed = self._found.instructed
         """Whether a user has read the first screen."""
+        left = self._found.arms.get(arm_key(status))
+        for name, (part, attribute, choices) in REMEMBERED.items():
+            for each in choices or frames:
+                if isinstance(left, dict) and each == left.get(name):
+                    setattr(getattr(self, part), attribute, each)
 
     def keep(self, status: Status, look: str) -> None:
         """Keep what is set now for the next time."""
         if self._file is None:
             return
-        found = self._found.with_arm(status, remembered(self.jog, self.move))
+        key, before = arm_key(status), self._found
+        others = [(name, each) for name, each in before.arms.items() if name != key]
+        left = {
+            name: getattr(getattr(self, part), attribute)
+            for name, (part, attribute, _) in REMEMBERED.items()
+        }
+        arms = dict([*others[1 - MOST_ARMS :], (key, left)])
         with contextlib.suppress(OSError):  # losing these settings does no harm
-            remember(self._file, replace(found, look=look, instructed=self.instructed))
+            remember(self._file, replace(before, look=look, instructed=self.instructed, arms=arms))

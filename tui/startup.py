@@ -6,7 +6,6 @@ import contextlib
 import pkgutil
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
@@ -48,14 +47,6 @@ SCREEN_FACTORIES: Mapping[str, Callable[[], DeskScreen]] = MappingProxyType(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class DeskEnd:
-    """How a desk was left: its exit code, and the arm file that the next one is wanted for."""
-
-    code: int = 0
-    opens: Path | None = None
-
-
 def run_desk(
     arm: Arm,
     *,
@@ -64,12 +55,11 @@ def run_desk(
     first: str = "",
     hint: str = "",
     program: Path | None = None,
-) -> DeskEnd:
-    """Show the desk until the user leaves it, and return how that was.
+) -> int:
+    """Show the desk until the user leaves it, and return the exit code.
 
     `keys` is the keyboard. `first` is the id of the screen to begin at, instead of the first one;
-    `hint` is the first message. Where an arm file that was written here is to be used at once, the
-    caller opens the next desk on it. `program` is the file that the program screen begins with.
+    `hint` is the first message, `program` the file that the program screen begins with.
     However it ends, a stop has been requested; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -91,7 +81,7 @@ def run_desk(
     finally:
         arm.request_stop()
         forget_a_closed_terminal()
-    return DeskEnd(desk.return_code or 0, desk.opens)
+    return desk.return_code or 0
 
 
 # How soon a thread of the desk has its turn: the one that speaks to the arm waits for no picture.

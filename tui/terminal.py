@@ -145,7 +145,7 @@ def lasting_driver(driver: type[Driver]) -> type[Driver]:
             self._soon(super()._sigtstp_application)
 
         def _sigcont_application(self, *_: Any) -> None:
-            self._app.input.was_suspended()
+            self._app.input.fresh.suspended()
             self._soon(self._go_on)
 
         def _soon(self, call: Callable[[], None]) -> None:

@@ -11,7 +11,6 @@ import threading
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar, cast
 
 from textual.app import ComposeResult, SystemCommand
@@ -25,7 +24,6 @@ from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import LABEL, STATUS_FIELDS, Current, State, Status, Trust, status_rows
 from armdrive.storage.lock_client import ask_holder, follow_holder
-from armdrive.text.reading import read_text
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 from tui.app import POLL_S, KeyApp
@@ -33,12 +31,10 @@ from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, keyboard_of
 from tui.keys.table import STOP
 from tui.safety import (
-    DOTS,
     NO_STOP,
     QUIET,
     WRONG,
     SafetyPanel,
-    SafetyState,
     View,
     badge_of,
     progress_of,
@@ -46,15 +42,7 @@ from tui.safety import (
     titled_arm,
 )
 from tui.settings import memory_file, neighbour, recall
-from tui.widgets import (
-    LINES_SHOWN,
-    LinesToShow,
-    ProgramLines,
-    fill_frame,
-    framed,
-    panels,
-    text_of,
-)
+from tui.widgets import fill_frame, framed, panels, text_of
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -84,24 +72,6 @@ def status_of(view: View, model: ArmModel) -> Status:
         trust=Trust(view["trust"]),
         current=Current(view["current"]),
         joints=joints,
-    )
-
-
-def watched_state(name: str, status: Status | None, program: str, ended: str) -> SafetyState:
-    """Return what is known about an arm that another program drives; `ended` says why no more."""
-    if status is None:
-        badge, dot = ("LOST", WRONG) if ended else ("WAITING", QUIET), DOTS[Trust.UNKNOWN]
-        return SafetyState(f"WATCHING {name}", False, badge, "", ended, dot, "", "")
-    reason = "" if status.trust is Trust.REFERENCED else f": {status.trust_reason}"
-    return SafetyState(
-        arm=titled_arm(replace(status, arm=name), program, ", WATCHED"),
-        real=not status.simulated,
-        badge=("NOT WATCHED", WRONG) if ended else badge_of(status),
-        says="another program drives it",
-        forbids=ended,
-        dot=DOTS[status.trust],
-        position=f"position {status.trust.value}{reason}",
-        stopping=NO_STOP if ended else stopping_text(status),
     )
 
 
@@ -156,10 +126,6 @@ class WatchScreen(Screen[None]):
     AUTO_FOCUS = ""
     _laid_out = False
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._program = WatchedProgram()
-
     @property
     def watching(self) -> Watching:
         """The app that the screen belongs to."""
@@ -174,10 +140,7 @@ class WatchScreen(Screen[None]):
         with Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
             with VerticalScroll(id="panels", can_focus=False):
-                program = ProgramLines(id="program", rows=LINES_SHOWN)
-                program.border_title = "Program"
-                yield program
-                yield from panels(watched="Status")
+                yield from panels(program="Program", watched="Status")
 
     def on_mount(self) -> None:
         """Show what arrived before the screen was laid out."""
@@ -190,9 +153,27 @@ class WatchScreen(Screen[None]):
             return  # not laid out yet, or already being taken down
         app = self.watching
         status, program = status_of(view, app.model) if view else None, view.get("program") or {}
-        state = watched_state(app.arm_name, status, progress_of(program), ended)
-        self.query_one(SafetyPanel).show(state)
-        self.query_one(ProgramLines).show_program(self._program.lines(program))
+        panel = self.query_one(SafetyPanel)
+        if status is None:
+            panel.show(
+                f"WATCHING {app.arm_name}", ("LOST", WRONG) if ended else ("WAITING", QUIET), ended
+            )
+        else:
+            reason = "" if status.trust is Trust.REFERENCED else f": {status.trust_reason}"
+            panel.show(
+                titled_arm(replace(status, arm=app.arm_name), progress_of(program), ", WATCHED"),
+                ("NOT WATCHED", WRONG) if ended else badge_of(status),
+                ended or "another program drives it",
+                status.trust,
+                f"position {status.trust.value}{reason}",
+                NO_STOP if ended else stopping_text(status),
+                real=not status.simulated,
+            )
+        line = ""
+        if program.get("line"):
+            line = f"{program['line']}  {program.get('text') or program.get('act') or ''}"
+        text_of(self, "program").show(line)
+        text_of(self, "program").display = bool(line)
         text_of(self, "watched").show(lines(view))
         fill_frame(self, message, app.keys.next_keys("watch", app.idle))
         shown = Moment() if status is None else Moment(status.joints, status.gripper_mm)
@@ -203,35 +184,6 @@ GIVEN_BACK = "the program has released the arm"
 ANOTHER_VERSION = "its program is another version of armdrive, whose reports differ"
 # The rows of the desk that count here too.
 COMMON = (STOP, "quit", "look")
-
-
-class WatchedProgram:
-    """The program that another process runs, read from its file where that can be read here."""
-
-    def __init__(self) -> None:
-        self._file = ""
-        self._lines: tuple[str, ...] = ()
-
-    def lines(self, program: object) -> LinesToShow:
-        """Return its lines; only the current one if the file cannot be read here."""
-        if not isinstance(program, dict) or not program.get("line"):
-            return LinesToShow()
-        current = int(program["line"])
-        self._read(program)
-        if 1 <= current <= len(self._lines):
-            return LinesToShow(self._lines, current)
-        line = str(program.get("text") or program.get("act") or "")
-        return LinesToShow((line,), current, first=current)
-
-    def _read(self, program: View) -> None:
-        file = str(program.get("file", ""))
-        if file == self._file:
-            return
-        self._file = file
-        try:
-            self._lines = tuple(read_text(Path(file), "the program", BadRequest).splitlines())
-        except (ArmError, OSError):
-            self._lines = ()
 
 
 class Watching(KeyApp):
@@ -289,14 +241,15 @@ class Watching(KeyApp):
         return ("watch-pause" if self.view.get("paused") else "watch-resume",)
 
     def poll(self) -> None:
-        """Show the latest view."""
+        """Show the latest view, and ask for what a press has confirmed."""
         self.input.alive()
-        if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
-            self.screen.show(self.view, self.ended, self.message)
+        self.act_on_confirmed()
+        self.show()
 
     def show(self) -> None:
         """Show the latest view, and the last message."""
-        self.poll()
+        if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
+            self.screen.show(self.view, self.ended, self.message)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer nothing of the framework's own."""
@@ -311,8 +264,12 @@ class Watching(KeyApp):
         self._ask("stop", "the arm was asked to stop")
 
     def action_ask(self, request: str) -> None:
-        """Ask for a pause, or its end."""
+        """Ask for a pause."""
         self._ask(request, f"asked to {request}")
+
+    def action_resume(self) -> None:
+        """Ask for the end of a pause, once no other key has followed: then the arm moves."""
+        self.confirmation.press("resumes", partial(self.action_ask, "resume"), needed=1)
 
     def action_change_speed(self, by: int) -> None:
         """Ask for a lower or higher speed."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 
 from rich.cells import cell_len
 from textual import events
@@ -15,7 +16,7 @@ from textual.widget import Widget
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
-from tui.keys.keyboard import PAIRS, Keyboard, short_label
+from tui.keys.keyboard import Keyboard, short_label
 from tui.keys.table import SCREENS, DeskKey
 
 # A text and its style.
@@ -141,9 +142,15 @@ class ChoiceList(OptionList, can_focus=False):
     A click on a row does what the keys do that go to it from the chosen row.
     """
 
-    def __init__(self, action: str, *, id: str) -> None:  # noqa: A002
+    def __init__(
+        self,
+        action: str,
+        *,
+        id: str,  # noqa: A002
+        classes: str = "panel",
+    ) -> None:
         """`action` is that of the keys: it takes by how many rows to go on."""
-        super().__init__(id=id, classes="panel", compact=True, markup=False)
+        super().__init__(id=id, classes=classes, compact=True, markup=False)
         self._action = action
         self._chosen = 0
         self._rows: tuple[str, ...] = ()
@@ -176,79 +183,51 @@ class ChoiceList(OptionList, can_focus=False):
         await self.app.run_action(f"{self._action}({by})", self.screen)
 
 
-@dataclass(frozen=True, slots=True)
-class KeyGroup:
-    """One thing that the line of keys offers: a row, or two rows that do the opposite."""
-
-    rows: tuple[DeskKey, ...]
-    name: str
-
-    @property
-    def texts(self) -> tuple[str, ...]:
-        """What each row is clicked on: its key; the last one has the name behind it."""
-        keys = [short_label(row.keys[0]) for row in self.rows]
-        return (*(f"{key} " for key in keys[:-1]), f"{keys[-1]} {self.name}{KEY_GAP}")
-
-    def width(self) -> int:
-        """Return the number of cells, the gap included."""
-        return sum(map(len, self.texts))
-
-
-def grouped(rows: Sequence[DeskKey]) -> list[KeyGroup]:
-    """Return these rows with the pairs among them in one group each."""
-    by_id = {row.id: row for row in rows}
-    seconds = {PAIRS[row.id][0] for row in rows if row.id in PAIRS}
-    groups = []
-    for row in rows:
-        second, name = PAIRS.get(row.id, ("", ""))
-        if second in by_id:
-            groups.append(KeyGroup((row, by_id[second]), name))
-        elif row.id not in seconds:
-            groups.append(KeyGroup((row,), row.description))
-    return groups
-
-
 class KeyLine(PlainText):
     """Words in one line, each of which does what a key does when it is clicked."""
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id)
         self._ends: tuple[tuple[int, str], ...] = ()
-        self._offered: tuple[tuple[DeskKey, ...], int] = ((), 0)
 
     def show_words(self, words: Iterable[tuple[str, Sequence[Span]]]) -> None:
-        """Show words, each with the id of the row of the table of keys that a click acts as."""
-        spans: list[Span] = []
-        ends: list[tuple[int, str]] = []
-        end = 0
-        for row, word in words:
-            spans += word
-            end += sum(len(text) for text, _ in word)
-            ends.append((end, row))
-        self._ends = tuple(ends)
-        self.show(*spans)
+        """Show words, each with the id of the binding that a click on it acts as."""
+        words = tuple(words)
+        self._ends = tuple(
+            zip(
+                accumulate(sum(len(text) for text, _ in word) for _, word in words),
+                (name for name, _ in words),
+                strict=True,
+            )
+        )
+        self.show(*(span for _, word in words for span in word))
 
     def show_keys(self, rows: Sequence[DeskKey], width: int) -> None:
         """Show these keys, without the less important ones where there is too little room."""
-        offered = (tuple(rows), width)
-        if offered == self._offered:
-            return
-        self._offered = offered
-        groups = grouped(rows)
-        while sum(map(KeyGroup.width, groups)) - len(KEY_GAP) > width and len(groups) > 1:
-            groups.remove(_least(groups))
-        self.show_words(
-            (row.id, [(key, "bold $text-primary"), (f"{gap}{name}", "")])
-            for group in groups
-            for row, text in zip(group.rows, group.texts, strict=True)
-            for key, gap, name in [text.partition(" ")]
-        )
+        offered = list(rows)
+        while sum(map(_width, offered)) - len(KEY_GAP) > width and len(offered) > 1:
+            # the commands can be missed first, then the last of a screen's own
+            spare = [row for row in offered[1:] if row.id not in ("help", "quit")]
+            offered.remove(spare[-1] if spare else offered[-1])
+        self.show_words(word for row in offered for word in _words(row))
 
     async def on_click(self, event: events.Click) -> None:
         """Do what the word under the mouse does."""
-        found = next((row for end, row in self._ends if event.x < end), None)
+        found = next((name for end, name in self._ends if event.x < end), None)
         if found is not None:
             await self.app.run_action(f"app.do_row('{found}')")
+
+
+def _width(row: DeskKey) -> int:
+    return len(f"{short_label(row)} {row.description}{KEY_GAP}")
+
+
+def _words(row: DeskKey) -> Iterator[tuple[str, Sequence[Span]]]:
+    """Yield a row's keys, the one that does the opposite first, and its name behind the last."""
+    *back, key = short_label(row).split(" ")
+    for each in back:
+        yield f"{row.id}-back", [(f"{each} ", "bold $text-primary")]
+    yield row.id, [(key, "bold $text-primary"), (f" {row.description}{KEY_GAP}", "")]
 
 
 class ScreenTabs(KeyLine):
@@ -276,12 +255,6 @@ class ScreenTabs(KeyLine):
         )
 
 
-def _least(groups: Sequence[KeyGroup]) -> KeyGroup:
-    """Return the group that can be missed first: the commands, then the last of a screen's own."""
-    spare = [group for group in groups[1:] if group.rows[0].id not in ("help", "quit")]
-    return spare[-1] if spare else groups[-1]
-
-
 def framed(head: Iterable[Widget], body: Iterable[Widget]) -> ComposeResult:
     """Lay a screen out: what stands above its middle, the middle, a message, the line of keys."""
     yield from head
@@ -306,34 +279,32 @@ def panels(**titles: str) -> Iterator[PlainText]:
         yield panel
 
 
-# The lines of a program, with the one that runs lit: one panel for the desk and for watching.
+# The lines of a program, with the one that runs lit.
 
 CURRENT_STYLE = "bold reverse $primary"
 DONE_STYLE = "dim"
 WRONG_STYLE = "bold $text-error"
-LINES_SHOWN = 12
 
 
 @dataclass(frozen=True, slots=True)
 class LinesToShow:
     """Lines of a program. `current` and `wrong` count from 1, as people count lines.
 
-    `current` is the line that runs, if any; `wrong` are lines with mistakes. `first` is the number
-    of the first of these lines. Without a current line, the lines are shown from `top` on.
+    `current` is the line that runs, if any; `wrong` are lines with mistakes. Without a current
+    line, the lines are shown from `top` on.
     """
 
     lines: Sequence[str] = ()
     current: int | None = None
     wrong: Collection[int] = ()
-    first: int = 1
     top: int = 0
 
     def spans(self, height: int) -> list[Span]:
         """Return as many lines as fit: about the current one, else from `top` on."""
-        before = self.top if self.current is None else self.current - self.first - height // 2
+        before = self.top if self.current is None else self.current - 1 - height // 2
         begin = max(min(before, len(self.lines) - height), 0)
         shown = self.lines[begin : begin + height]
-        return [self._span(number, line) for number, line in enumerate(shown, begin + self.first)]
+        return [self._span(number, line) for number, line in enumerate(shown, begin + 1)]
 
     def _span(self, number: int, line: str) -> Span:
         if number == self.current:
@@ -347,14 +318,10 @@ class LinesToShow:
 
 
 class ProgramLines(PlainText):
-    """A panel of program lines, hidden while there are none.
+    """A panel of program lines, as many as it has room for, hidden while there are none."""
 
-    It shows `rows` lines; without that number, as many as the panel has room for.
-    """
-
-    def __init__(self, *, id: str, rows: int | None = None) -> None:  # noqa: A002
+    def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id, classes="panel")
-        self._rows = rows
         self._program = LinesToShow()
 
     def show_program(self, program: LinesToShow) -> None:
@@ -368,4 +335,4 @@ class ProgramLines(PlainText):
         self._fill()
 
     def _fill(self) -> None:
-        self.show_lines(self._program.spans(self._rows or self.content_size.height))
+        self.show_lines(self._program.spans(self.content_size.height))

@@ -127,6 +127,9 @@ _RECORDED_IN = "_recorded_in"
 WRITE_TIMEOUT_S = 10.0  # closing the arm waits this long for a slow disk; the writer then goes on
 LONGEST_TEXT = 400  # characters kept of an argument list or an error
 
+# Arguments that a program passes to itself: the count of stops that a motion must not have missed.
+INTERNAL_ARGUMENTS = ("stops",)
+
 
 class RecordingWriter:
     """Writes recordings in threads of their own, so that a slow disk delays no motion.
@@ -413,7 +416,8 @@ def _event_text(event: Event) -> tuple[EntryKind, str]:
 
 def _call_text(name: str, arguments: tuple[Any, ...], named_ones: Mapping[str, Any]) -> str:
     """Return a call in words: `hold shoulder +1, speed 0.25, for 0.25 s`."""
-    words = (*map(valued, arguments), *(named(key, value) for key, value in named_ones.items()))
+    shown = {key: value for key, value in named_ones.items() if key not in INTERNAL_ARGUMENTS}
+    words = (*map(valued, arguments), *(named(key, value) for key, value in shown.items()))
     return f"{name} {', '.join(filter(None, words))}".rstrip()
 
 

@@ -12,6 +12,7 @@ from textual.pilot import Pilot
 from armdrive.render import scene
 from armdrive.storage import files as places
 from tui import app as app_module
+from tui.keys import presses
 
 QUIET_TURNS = 3
 MOST_TURNS = 100_000
@@ -56,7 +57,7 @@ def _time_stands_still(monkeypatch):
 @pytest.fixture(autouse=True)
 def _keys_do_not_wait(monkeypatch):
     """Let a test press keys one after the other at once; a test of pasted text lets them wait."""
-    monkeypatch.setattr(app_module, "GATE_S", 0.0)
+    monkeypatch.setattr(presses, "GATE_S", 0.0)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from waiting import until_seen
 
 from armdrive.motion.dead_man import GATE_S, REPEAT_WITHIN_S
 from tui.desk import Desk
+from tui.keys.presses import QUIET_S
 from tui.safety import SafetyPanel
 from tui.startup import SCREEN_FACTORIES
 from tui.widgets import PlainText
@@ -63,7 +64,9 @@ class Session(AppSession):
             **{"first": self.first, **more},
         )
         self.desk.input.key_age_s = lambda: 0.0  # keys come when they are pressed
-        self.desk.input.suspended_s = self.desk.input.starved_s = math.inf  # however busy it is
+        self.desk.input.fresh.suspended_s = self.desk.input.fresh.starved_s = (
+            math.inf
+        )  # however busy it is
         super().__init__(self.desk, size=size)
 
     async def __aenter__(self):
@@ -92,7 +95,7 @@ class Session(AppSession):
         for key in keys:
             await self.press(key, after_s=after_s)
             self.clock.now_s += GATE_S
-            if self.desk.screens.hand is not None:
+            if self.desk.hand is not None:
                 self.tick()
 
     async def keys(self, line, after_s=0.0):
@@ -108,6 +111,9 @@ class Session(AppSession):
         for word in line.split():
             typed = [NAMES.get(each, each) for each in word[1:]]
             await self.press(*(typed if word.startswith("'") else [word]), after_s=after_s)
+            if word == "y" and len(self.desk.screen_stack) > 1:
+                self.clock.now_s += QUIET_S + 0.1  # a yes counts once no other key has followed it
+                await self.settle()
         await self.settle()
 
     async def once(self, key):
@@ -142,12 +148,12 @@ class Session(AppSession):
 
     @property
     def screen(self):
-        return self.desk.screens.current
+        return self.desk.current
 
     async def arm_keys(self):
         self.clock.now_s += 10.0
         await self.press("enter")
-        assert self.desk.screens.current.armed
+        assert self.desk.current.armed
         self.clock.now_s += 10.0
 
     async def hold(self, key="w"):
@@ -173,7 +179,7 @@ class Session(AppSession):
 
     def painted_words(self, name):
         """Return the words of a part of the screen that are really painted."""
-        inside = self.desk.screens.current.query_one(f"#{name}").content_region
+        inside = self.desk.current.query_one(f"#{name}").content_region
         rows = self.painted[inside.y : inside.bottom]
         return " ".join(" ".join(row[inside.x : inside.right] for row in rows).split())
 
@@ -197,15 +203,15 @@ class Session(AppSession):
     def text(self, name):
         """Return what a part of the screen says: a widget by its id, or one of these names."""
         if name == "title":
-            return self.desk.screens.current.query_one(SafetyPanel).arm
+            return self.desk.current.query_one(SafetyPanel).arm
         if name == "banner":
             state = self.text("state")
-            return "" if state.endswith(f" {self.desk.screens.current.says}") else state
-        return self.desk.screens.current.query_one(f"#{name}").shown
+            return "" if state.endswith(f" {self.desk.current.says}") else state
+        return self.desk.current.query_one(f"#{name}").shown
 
     def title(self, name):
         """Return the title of a panel, without what a small terminal shows beside it."""
-        return str(self.desk.screens.current.query_one(f"#{name}").border_title).partition("  ")[0]
+        return str(self.desk.current.query_one(f"#{name}").border_title).partition("  ")[0]
 
     @property
     def lit_tab(self):
@@ -218,7 +224,7 @@ class Session(AppSession):
 
     def tick(self):
         """Let the time of what is held pass, as the desk's own alarm does."""
-        self.desk.screens.current.hand.tick()
+        self.desk.current.hand.tick()
 
     @property
     def everything(self):

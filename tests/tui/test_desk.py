@@ -25,7 +25,6 @@ from kinematics.chains.arm import ChainArm
 from tui.jog.jogging import IDLE_DISARMS_S
 from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
 from tui.terminal import ENDING_SIGNALS, KeyUp, ReleaseParser
-from tui.watch import watched_state
 
 TITLES = [
     # what an arm says of itself, and the title of its desk
@@ -254,7 +253,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
             await session.press(key)
             await session.settle()
             done[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
-            session.desk.dialogs.close_all()
+            session.desk.close_dialogs()
         before = session.desk.theme
         await session.press("T")
         done["T"] = session.desk.theme != before
@@ -280,8 +279,8 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     }
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
-    tested = {*done, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    elsewhere = {"minus", "plus", "F", "G", "K", "D", "1", "2", "3", "ctrl+d", "ctrl+u"}
+    tested = {*done, "ctrl+q", "enter"}
+    elsewhere = {"plus", "G", "K", "D", "1", "2", "3", "ctrl+d"}
     assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | elsewhere
 
 
@@ -447,16 +446,6 @@ async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came()
             await session.press("w", after_s=0.2)
         assert session.arm.asked("nudge") == session.arm.asked("hold") == []
         assert not session.screen.armed
-        # a key acted on late does not count before what came with it
-        hand, rings = session.screen.hand, []
-        hand._age_s = lambda: 0.0
-        await session.arm_keys()
-        hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
-        await session.press("w")
-        hand.release()
-        hand._age_s = lambda: 0.5
-        await session.press("w", after_s=1.0)
-        assert rings[-1] >= 0.03
 
 
 PAUSED_IN = (
@@ -484,7 +473,6 @@ async def test_the_banner_says_what_forbids_motion_and_says_it_once():
             session.arm.set(state=state, current=Current(current))
             await session.poll()
             assert session.text("state").startswith(f" {badge} "), "a pause hides no such state"
-            assert watched_state("sim", session.arm.status, "", "").badge[0] == badge
         session.arm.set(paused=False, speed_override=1.0, state=State.STANDBY)
         await session.poll()
         assert session.text("banner") == ""
@@ -577,6 +565,7 @@ async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, a
             if (asked, answer) == ("reference", "n"):
                 session.shows("no", messages="jog the arm there (enter arms the keys), then H")
         if key == "P":
+            session.clock.now_s += 1.0
             await session.keys("P")
             assert session.arm.asked("enable") == [("enable",)], "on at once"
 

@@ -95,7 +95,7 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal():
             session.arm.set(**more)
             await session.settle()
             for name, axes in (("tip", 5), ("joints", 5), ("gripper", 1)):
-                table = session.desk.screens.current.query_one(f"#{name}", AxisTable)
+                table = session.desk.current.query_one(f"#{name}", AxisTable)
                 lines = table.shown.splitlines()[:axes]
                 assert len(lines) == axes, mode
                 assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode

@@ -14,10 +14,10 @@ from textual._xterm_parser import XTermParser
 
 from armdrive.motion.dead_man import GATE_S
 from armdrive.status import State, status_view
-from tui.app import POLL_S, STARVED_S, SUSPENDED_S
+from tui.app import POLL_S
 from tui.arm_view import SpaceView
 from tui.axes import AxisTable
-from tui.keys.presses import SILENCE_S, StaleInput, SuspensionDetector
+from tui.keys.presses import QUIET_S, SILENCE_S, STARVED_S, SUSPENDED_S, Freshness
 from tui.watch import Watching
 
 RIGHT = "\x1b[C"
@@ -54,7 +54,7 @@ class Suspended(Session):
         super().__init__(arm or FakeArm(), **more)
         desk = self.desk
         desk.input.monotonic_s, desk.input.busy_s = self.clock, lambda: 0.0
-        desk.input.suspended_s, desk.input.starved_s = SUSPENDED_S, STARVED_S
+        desk.input.fresh.suspended_s, desk.input.fresh.starved_s = SUSPENDED_S, STARVED_S
         del desk.input.key_age_s  # it follows from when a key came, here too
         self._parser = XTermParser()
 
@@ -68,6 +68,7 @@ class Suspended(Session):
         """Go to the move screen, and type a goal."""
         for text in ("\x1bOR", "250"):
             await self.type(text)
+            await self.pass_by(1.0)
             await self.settle()
 
     async def pass_by(self, time_s):
@@ -98,7 +99,7 @@ class Suspended(Session):
     async def suspend(self, time_s, *, told):
         self.clock.now_s += time_s
         if told:
-            self.desk.input.was_suspended()
+            self.desk.input.fresh.suspended()
         self.arm.calls.clear()
 
     @property
@@ -190,7 +191,7 @@ async def test_a_desk_that_took_long_to_start_takes_the_first_key():
     async with Suspended() as session:
         session.desk.input.alive()
         session.clock.now_s += 5.0  # the rest of its start, for which another thread was needed
-        session.desk.input.begin()
+        session.desk.input.fresh.begin()
         await session.type("\r")
         assert session.screen.armed
 
@@ -279,6 +280,7 @@ async def test_no_question_is_answered_by_what_was_typed_meanwhile():
         assert session.arm.calls == []
         assert len(session.desk.screen_stack) == 2
         await session.type("y")
+        await session.pass_by(QUIET_S + 0.1)
         await session.settle()
         assert session.arm.asked("reference")
 
@@ -332,10 +334,10 @@ class Silent:
 async def test_a_watched_arm_is_not_resumed_by_what_was_typed_meanwhile():
     holder = Silent()
     app = Watching("sim", FakeArm().model, holder, braille=True)
-    app.input.suspended_s = math.inf
+    app.input.fresh.suspended_s = math.inf
     async with app.run_test() as pilot:
         await pilot.pause()
-        app.input.was_suspended()
+        app.input.fresh.suspended()
         await pilot.press("r", "space")
         await app.workers.wait_for_complete()
         assert holder.asked == ["stop"]
@@ -349,13 +351,7 @@ class Pasted(Suspended):
 
     def __init__(self, arm):
         super().__init__(arm)
-        self.desk.input.person_s = GATE_S
-
-    async def type(self, text):
-        """Send keys that come together; then none follows, and one that has waited acts."""
-        await super().type(text)
-        await self.desk.input.act_on_waiting()
-        await self.pilot.pause()
+        self.desk.input.fresh.person_s = GATE_S
 
     async def paste(self, text):
         await self.type(text)
@@ -378,12 +374,13 @@ async def test_two_pasted_line_ends_confirm_no_motion():
         assert len(session.arm.asked_for) == 1, "a person presses it twice"
 
 
-async def test_pasted_lines_neither_arm_the_keys_nor_move_the_fingers():
+async def test_pasted_lines_neither_leave_the_keys_armed_nor_move_the_fingers():
     async with Pasted(PlannerArm()) as session:
         for text in ("1\r1", "\r123", "\rG", "a\rqqqq", "\r\rw", "x\r1\r2\r"):
+            session.arm.calls.clear()
             await session.paste(text)
-            assert session.arm.calls == [], repr(text)
-            assert not session.screen.armed, "not even by its first letter"
+            assert session.moved == session.arm.asked("open") == [], repr(text)
+            assert not session.screen.armed
             assert "as fast as pasted text" in session.text("messages")
             await session.type("\r")
             assert session.screen.armed
@@ -391,7 +388,6 @@ async def test_pasted_lines_neither_arm_the_keys_nor_move_the_fingers():
             await session.paste("12")
             assert session.arm.asked("open") == [], "the first letter of a paste is no press"
             assert not session.screen.armed
-            session.arm.calls.clear()
         for key in ("\r", "1"):
             await session.paste(key)
         assert session.arm.asked("open"), "a person arms the keys and opens the fingers"
@@ -402,7 +398,7 @@ async def test_a_pasted_word_answers_no_question_that_it_asks():
         for text in ("Ky", "OKay", "Kilroy"):
             await session.paste(text)
             assert session.arm.asked_for == [], text
-            assert len(session.desk.screen_stack) == 1, "it does not even put the question"
+            await session.paste(" ")
         for key in "Ky":
             await session.paste(key)
         assert len(session.arm.asked_for) == 1, "a person has read it"
@@ -417,11 +413,11 @@ ONE_KEY_ACTS = {
 }
 
 
-async def test_no_letter_of_a_paste_does_anything_and_alone_each_does():
+async def test_no_letter_of_a_paste_but_the_first_does_anything_and_alone_each_does():
     async with Pasted(PlannerArm()) as session:
         for key, (part, said) in ONE_KEY_ACTS.items():
             show = session.title if part == "tip" else session.text
-            for text in (f"{key}x", f"{key}{key}", f"x{key}", f"{key}xyz", f"q{key}", f"{key}q"):
+            for text in (f"x{key}", f"q{key}", f"xx{key}", f"qq{key}q", f"xy{key}x"):
                 await session.paste(text)
                 assert said not in show(part), text
             await session.paste(key)
@@ -444,6 +440,7 @@ async def test_what_follows_a_paste_in_pieces_is_dropped_until_there_is_a_silenc
 async def test_letters_that_are_typed_may_come_at_once_and_a_line_end_with_them_takes_nothing():
     async with Pasted(PlannerArm()) as session:
         await session.type("\x1bOR")
+        await session.pass_by(1.0)
         await session.settle()
         await session.type("250\r\r")
         assert session.screen.typing.text == "250"
@@ -466,21 +463,22 @@ GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)
 
 @given(st.floats(0.0, 1e6), GAPS)
 def test_all_is_old_until_there_is_a_silence(now_s, gaps_s):
-    stale = StaleInput()
-    stale.begin(now_s)
+    fresh = Freshness()
+    fresh.expire(now_s, "suspended")
     came_s = now_s
     for gap_s in gaps_s:
         came_s += gap_s
-        assert stale.is_stale(came_s)
-    assert not stale.is_stale(came_s + SILENCE_S + 0.01)
+        assert fresh.stale(came_s)
+    assert not fresh.stale(came_s + SILENCE_S + 0.01)
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0)), max_size=20))
 def test_nobody_was_absent_for_longer_than_there_was_time(looks):
-    detector, now_s, busy_s = SuspensionDetector(), 5.0, 1.0
-    detector.look(now_s, busy_s)
+    fresh, now_s, busy_s = Freshness(), 5.0, 1.0
+    fresh.look(now_s, busy_s, jogs=True)
     for gap_s, worked_s in looks:
         now_s, busy_s = now_s + gap_s, busy_s + min(worked_s, gap_s)
-        absent_s, told = detector.look(now_s, busy_s)
-        assert 0.0 <= absent_s <= gap_s + 1e-9
-        assert not told
+        absent = fresh.look(now_s, busy_s, jogs=True)
+        idle_s = gap_s - min(worked_s, gap_s)
+        assert bool(absent) == (idle_s > STARVED_S) or abs(idle_s - STARVED_S) < 1e-9
+        assert (absent == "suspended") <= (idle_s > SUSPENDED_S - 1e-9)

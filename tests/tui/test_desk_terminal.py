@@ -29,10 +29,10 @@ import fcntl, sys, termios
 fcntl.ioctl(0, termios.TIOCSCTTY, 0)
 sys.path[:0] = sys.argv[2:]
 from desk_fake import FakeArm
-import tui.app
+import tui.keys.presses
 from tui import run_desk
 
-tui.app.GATE_S = 0.0  # these keys come at once, one after the other
+tui.keys.presses.GATE_S = 0.0  # these keys come at once, one after the other
 
 class Noting(FakeArm):
     def note(self, word):
@@ -51,7 +51,7 @@ class Noting(FakeArm):
     def hold(self, jog, *, speed, for_s):
         self.note("hold")
 
-sys.exit(run_desk(Noting()).code)
+sys.exit(run_desk(Noting()))
 """
 
 

@@ -11,48 +11,48 @@ from desk_session import Session
 from armdrive.moves import Jog, Space
 from tui.dialogs import first_facts
 from tui.keys.keyboard import DEFAULT_KEYS
+from tui.keys.table import JOG_PAIRS
 from tui.settings import (
     INCREMENTS,
     LOOKS,
     MOST_ARMS,
     SPEEDS,
     DeskMemory,
+    DeskSettings,
     JogSettings,
-    MoveSettings,
+    arm_key,
     look_named,
     recall,
     remember,
-    remembered,
-    restored,
 )
 
 
 def test_increments_and_speeds_stop_at_the_ends_of_their_rows():
-    tip = JogSettings().other_mode()
-    assert tip.other_mode() == JogSettings()
-    assert JogSettings().with_step(99).step_deg == tip.with_step(99).step_mm == INCREMENTS[-1]
-    assert JogSettings().with_step(-99).step_deg == tip.with_step(-99).step_mm == INCREMENTS[0]
-    assert JogSettings().with_speed(99).speed == SPEEDS[-1]
-    assert JogSettings().with_speed(-99).speed == SPEEDS[0]
+    settings = JogSettings()
+    for by, end in ((99, -1), (-99, 0)):
+        settings.change_speed(by)
+        settings.change_step(by)
+        settings.switch_mode()
+        settings.change_step(by)
+        settings.switch_mode()
+        assert settings.speed == SPEEDS[end]
+        assert settings.step_deg == settings.step_mm == INCREMENTS[end]
 
 
 def test_a_tap_is_a_distance_and_a_hold_a_direction():
-    coarse = JogSettings().with_step(1)
-    assert coarse.increment_of("a") == Jog.joint(base=-5.0)
-    assert coarse.direction_of("a") == Jog.joint(base=-1.0)
-    tip = coarse.other_mode()
-    assert tip.increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),)), "mm have their own step"
-    assert tip.with_step(-1).increment_of("up") == Jog(Space.CARTESIAN, (("z", 1.0),))
-    assert tip.with_step(-1).increment_of("r") == Jog(Space.CARTESIAN, (("pitch", 5.0),))
-    assert tip.increment_of("y") == Jog(Space.CARTESIAN, (("gripper", 2.0),))
-
-
-def test_frames_go_round_and_count_only_where_the_tip_is_jogged():
-    settings = JogSettings(frames=("base", "tool"))
-    assert settings.with_next_frame().with_next_frame() == settings
-    tool = settings.with_next_frame()
-    assert tool.increment_of("up").frame == "base"  # a joint turns in no frame
-    assert tool.other_mode().increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),), "tool")
+    settings = JogSettings(step_deg=5.0, frames=("base", "tool"))
+    assert settings.increment_of("a") == Jog.joint(base=-5.0)
+    assert settings.direction_of("a") == Jog.joint(base=-1.0)
+    settings.switch_mode()
+    assert settings.increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),)), "mm by themselves"
+    assert settings.increment_of("r") == Jog(Space.CARTESIAN, (("pitch", 5.0),))
+    assert settings.increment_of("y") == Jog(Space.CARTESIAN, (("gripper", 2.0),))
+    settings.next_frame()
+    assert settings.increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),), "tool")
+    settings.switch_mode()
+    assert settings.increment_of("up").frame == "base"  # a joint turns in no frame
+    settings.next_frame()
+    assert settings.frame == "base"
 
 
 # What the desk remembers, its looks, its palette, and the first screen.
@@ -106,12 +106,22 @@ SET = {
 NONSENSE = ("sideways", "board", 3.3, 7, None, [1.0], {"speed": 1.0})
 
 
-def test_what_does_not_exist_here_is_left_as_it_is():
-    jog, move = JogSettings(frames=("base", "tool")), MoveSettings()
+def settings_of(left, tmp_path):
+    """Return the settings of a desk whose memory has this of its arm."""
+    status = FakeArm().status
+    path = tmp_path / "desk.json"
+    remember(path, DeskMemory(arms={arm_key(status): left}))
+    return path, DeskSettings(path, status, JOG_PAIRS, ("base", "tool"))
+
+
+def test_what_does_not_exist_here_is_left_as_it_is(tmp_path):
+    _, fresh = settings_of({}, tmp_path)
     for value in NONSENSE:
-        assert restored(jog, move, dict.fromkeys(SET, value)) == (jog, move), value
-    assert restored(jog, move, {}) == (jog, move)
-    assert remembered(*restored(jog, move, SET)) == SET
+        _, found = settings_of(dict.fromkeys(SET, value), tmp_path)
+        assert (found.jog, found.move) == (fresh.jog, fresh.move), value
+    path, found = settings_of(SET, tmp_path)
+    found.keep(FakeArm().status, "")
+    assert recall(path).arms[arm_key(FakeArm().status)] == SET
 
 
 async def test_a_desk_is_found_as_it_was_left_but_disarmed_and_without_a_goal(
@@ -121,7 +131,7 @@ async def test_a_desk_is_found_as_it_was_left_but_disarmed_and_without_a_goal(
         await session.press("m", "F", "right_square_bracket", "minus", "T")
         await session.arm_keys()
         left = (session.text("stopping"), session.title("tip"))
-        look = session.desk.looks.name
+        look = session.desk.look
         await session.press("f3", "m", "less_than_sign", "4", "0")
         form = session.screen.form
         assert (form.cartesian, form.settings.speed) == (False, 0.25)
@@ -129,7 +139,7 @@ async def test_a_desk_is_found_as_it_was_left_but_disarmed_and_without_a_goal(
     async with Session(PlannerArm(), memory=memory) as session:
         assert session.screen.place == "jog"
         assert (session.text("stopping"), session.title("tip")) == left
-        assert session.desk.looks.name == look
+        assert session.desk.look == look
         assert not session.screen.armed
         await session.press("f3")
         form = session.screen.form
@@ -209,8 +219,8 @@ async def test_the_palette_opens_disarmed_and_does_what_is_chosen_and_a_space_st
         await session.press("ctrl+p")
         assert len(session.desk.screen_stack) == 2
         assert not session.screen.armed
-        session.desk.dialogs.close_all()
-        chosen = next(each for each in offered if "Cartesian" in each.title)
+        session.desk.close_dialogs()
+        chosen = next(each for each in offered if each.title.startswith("mode ("))
         await chosen.callback()
         assert session.title("tip") == "Tip, Cartesian"
         await session.press("ctrl+p", *"mo")
@@ -251,10 +261,9 @@ async def test_each_arm_has_settings_of_its_own_and_a_new_real_one_starts_slowly
             await session.press(*keys, "ctrl+q")
 
 
-def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten():
-    memory = DeskMemory()
+def test_the_arms_that_were_not_seen_for_the_longest_time_are_forgotten(tmp_path):
+    path = tmp_path / "desk.json"
     for number in range(MOST_ARMS + 5):
-        memory = memory.with_arm(FakeArm(arm=f"arm {number}").status, {"speed": 0.1})
-    assert len(memory.arms) == MOST_ARMS
-    assert memory.of(FakeArm(arm="arm 4").status) == {}
-    assert memory.of(FakeArm(arm="arm 5").status) == {"speed": 0.1}
+        status = FakeArm(arm=f"arm {number}").status
+        DeskSettings(path, status, JOG_PAIRS, ("base",)).keep(status, "")
+    assert [*recall(path).arms] == [f"simulated arm {n}" for n in range(5, MOST_ARMS + 5)]

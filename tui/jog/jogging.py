@@ -13,7 +13,6 @@ from functools import partial
 from armdrive import Arm
 from armdrive.errors import ArmError
 from armdrive.motion.dead_man import (
-    GATE_S,
     HOLD_LONGEST_S,
     REPEAT_WITHIN_S,
     Action,
@@ -23,8 +22,7 @@ from armdrive.motion.dead_man import (
     Increment,
 )
 from armdrive.moves import Jog
-from tui.app import HoldAlarm
-from tui.keys.presses import BURST
+from tui.app import PASTED, HoldAlarm
 from tui.settings import JogSettings
 
 # Why keys disarm after a stop, whichever program asked for it.
@@ -55,14 +53,14 @@ class DeskJogging:
         *,
         clock: Callable[[], float],
         say: Callable[[str], None],
-        settings: Callable[[], JogSettings],
+        settings: JogSettings,
         age_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
         """`age_s` returns the age of the key that is being handled."""
         self._arm = arm
         self._clock = clock
         self._say = say
-        self._settings = settings
+        self.settings = settings
         self._age_s = age_s
         self._deadman = DeadMan()
         self._active_s = clock()
@@ -79,11 +77,6 @@ class DeskJogging:
     def armed(self) -> bool:
         """Whether jog keys have any effect."""
         return self._deadman.armed
-
-    @property
-    def settings(self) -> JogSettings:
-        """The current mode of the jog keys, in words."""
-        return self._settings()
 
     def next_s(self) -> float:
         """Return when `tick` has something to do; infinite while nothing is held."""
@@ -170,7 +163,7 @@ class DeskJogging:
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no key have effect."""
-        if self.armed or reason == BURST:
+        if self.armed or reason == PASTED:
             self._press_s = self._clock()  # the keys that follow may be those that it is about
         self.lift()
         self._apply(self._deadman.disarm(reason))
@@ -189,9 +182,7 @@ class DeskJogging:
         for action in actions:
             self._tell(partial(self.carry_out, action))
         if self.alarm is not None:
-            delay_s = self.next_s() - self._clock()
-            # what came with a key that is acted on late has yet to be acted on
-            self.alarm.after(max(delay_s, GATE_S) if self._deadman.gated else delay_s)
+            self.alarm.after(self.next_s() - self._clock())
 
     def _tell(self, call: Callable[[], None]) -> None:
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from textual.app import ComposeResult
@@ -25,9 +25,6 @@ from tui.safety import bound_text
 from tui.settings import JogSettings
 from tui.widgets import UNKNOWN, Span
 
-# A row whose value has changed is highlighted for this long.
-CHANGED_S = 0.4
-
 # A guard is marked as near from here on.
 NEAR_MM = 40.0
 
@@ -42,53 +39,27 @@ def limits_hold(status: Status) -> bool:
     return status.trust is Trust.REFERENCED
 
 
-class RecentChange:
-    """Remembers which values have just changed, so that their rows are highlighted."""
-
-    def __init__(self, clock: Callable[[], float]) -> None:
-        self._clock = clock
-        self._values: dict[str, float | None] = {}
-        self._changed_s: dict[str, float] = {}
-
-    def __call__(self, name: str, value: float | None) -> bool:
-        """Return whether this value has changed within the last moment."""
-        now_s, before = self._clock(), self._values.get(name)
-        self._values[name] = value
-        if value is not None and before is not None and abs(value - before) > 0.02:
-            self._changed_s[name] = now_s
-        return now_s - self._changed_s.get(name, -math.inf) < CHANGED_S
-
-
-def joint_rows(
-    status: Status, model: ArmModel, settings: JogSettings, changed: RecentChange
-) -> tuple[AxisRow, ...]:
+def joint_rows(status: Status, model: ArmModel, settings: JogSettings) -> tuple[AxisRow, ...]:
     """Return a row for each joint, with its keys where they move joints."""
     angles = status.joints or (None,) * len(model.arm.limits)
     rows = zip(settings.rows[:-1], angles, model.arm.limits, strict=True)
     return tuple(
         AxisRow(
             pair.joint,
-            value := None if angle is None else math.degrees(angle),
+            None if angle is None else math.degrees(angle),
             DEGREE,
             (math.degrees(limit.low_rad), math.degrees(limit.high_rad)),
             None if settings.cartesian else pair,
-            changed(pair.joint, value),
         )
         for pair, angle, limit in rows
     )
 
 
 def tip_rows(
-    pose: Pose | None,
-    limits: Sequence[Limits | None],
-    settings: JogSettings,
-    changed: RecentChange,
-    *,
-    driven: bool,
+    pose: Pose | None, limits: Sequence[Limits | None], settings: JogSettings, *, driven: bool
 ) -> tuple[AxisRow, ...]:
     """Return a row for each coordinate of the tip, with its keys if it is `driven` by any."""
-    values = (None,) * len(limits) if pose is None else coordinates(pose)
-    pairs = settings.rows[:-1]
+    values = (None,) * len(limits) if pose is None else tuple(pose_numbers(pose).values())
     return tuple(
         AxisRow(
             pair.cartesian,
@@ -96,25 +67,9 @@ def tip_rows(
             "mm" if pair.cartesian in MM_AXES else DEGREE,
             limit,
             pair if driven else None,
-            changed(f"tip {pair.cartesian}", value),
         )
-        for pair, value, limit in zip(pairs, values, limits, strict=False)
+        for pair, value, limit in zip(settings.rows[:-1], values, limits, strict=False)
     )
-
-
-def gripper_row(
-    status: Status, model: ArmModel, settings: JogSettings, changed: RecentChange
-) -> AxisRow:
-    """Return the gripper's row; its keys move it in either mode."""
-    opening_mm = status.gripper_mm
-    pair, bounds = settings.rows[-1], model.gripper_range_mm
-    moving = changed("opening", opening_mm)
-    return AxisRow("opening", opening_mm, "mm", bounds, pair, moving, warns=False)
-
-
-def coordinates(pose: Pose) -> tuple[float, ...]:
-    """Return a pose in the order of the tip's rows."""
-    return tuple(pose_numbers(pose).values())
 
 
 def tip_limits(model: ArmModel) -> tuple[Limits, ...]:
@@ -282,7 +237,6 @@ class AxisPanels:
     def __init__(self, desk: Desk, hand: DeskJogging) -> None:
         self._desk = desk
         self._hand = hand
-        self._changed = RecentChange(desk.clock)
         self._limits = tip_limits(desk.arm.model)
         self._tip, self._joints, self._gripper = (
             AxisTable(hand, self._push, cap=desk.keys.jog, id=name)
@@ -297,16 +251,21 @@ class AxisPanels:
         """Show a status; return the rows of the joints."""
         settings, model = self._desk.settings.jog, self._desk.arm.model
         pose, limits = self._pose(status)
-        joints = joint_rows(status, model, settings, self._changed)
+        joints = joint_rows(status, model, settings)
         driven = settings.cartesian and pose is not None and limits_hold(status)
-        tip = tip_rows(pose, limits, settings, self._changed, driven=driven)
+        tip = tip_rows(pose, limits, settings, driven=driven)
         self._tip.show_axes(tip)
         self._joints.show_axes(joints)
-        force_n = self._desk.arm.gripper.force_n
-        self._gripper.show_axes(
-            (gripper_row(status, model, settings, self._changed),),
-            grip_line(status.gripping, force_n),
+        fingers = AxisRow(
+            "opening",
+            status.gripper_mm,
+            "mm",
+            model.gripper_range_mm,
+            settings.rows[-1],
+            warns=False,
         )
+        force_n = self._desk.arm.gripper.force_n
+        self._gripper.show_axes((fingers,), grip_line(status.gripping, force_n))
         self._name(settings)
         return joints
 

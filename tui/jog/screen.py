@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable, Mapping
 from typing import ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
+from armdrive import Grasped
 from armdrive.errors import BadRequest
 from armdrive.moves import GraspMove, GripperMove
 from armdrive.render.scene import Moment
@@ -32,42 +32,9 @@ from tui.jog.panels import (
 )
 from tui.keys.keyboard import bindings
 from tui.safety import FACT_GAP, can_reference
-from tui.settings import JogSettings
 from tui.widgets import panels
 
 TAP_OR_HOLD = "tap a key for one step, hold it to keep moving"
-
-
-class Adjustments:
-    """The keys that change how jog keys move the arm."""
-
-    def __init__(self, desk: Desk, hand: DeskJogging) -> None:
-        self._desk = desk
-        self._hand = hand
-
-    def _set(self, settings: JogSettings) -> None:
-        """Change settings. Whatever is held was meant with the old ones, so it ends."""
-        self._hand.release()
-        self._desk.settings.jog = settings
-
-    def switch_mode(self) -> None:
-        """Switch between joint and Cartesian mode."""
-        self._set(self._desk.settings.jog.other_mode())
-
-    def next_frame(self) -> None:
-        """Go on to the next frame in which the tip is jogged."""
-        if not self._desk.settings.jog.cartesian:
-            mode = self._desk.keys.label("mode")
-            raise BadRequest(f"frames are for Cartesian mode: press {mode} first")
-        self._set(self._desk.settings.jog.with_next_frame())
-
-    def change_step(self, by: int) -> None:
-        """Make the step of the present mode smaller or larger."""
-        self._set(self._desk.settings.jog.with_step(by))
-
-    def change_speed(self, by: int) -> None:
-        """Jog more slowly or faster."""
-        self._set(self._desk.settings.jog.with_speed(by))
 
 
 class Fingers:
@@ -90,21 +57,19 @@ class Fingers:
 
     def _press(self, effect: str, move: GripperMove | GraspMove) -> None:
         """Take one press of such a key: the fingers move once no other key has followed."""
+        arm, stops = self._desk.arm, self._desk.arm.stops
+
+        def carry_out() -> str:
+            found = arm.start(move, stops=stops).wait()
+            return grasped(found) if isinstance(found, Grasped) else opened(arm.status.gripper_mm)
+
+        def begin() -> None:
+            self._require_armed()  # the keys may have been disarmed since
+            self._hand.disarm("the fingers move by themselves")
+            self._desk.calls.make(carry_out)
+
         self._require_armed()
-        begin = partial(self._begin, move, self._desk.arm.stops)
         self._desk.confirmation.press(effect, begin, needed=1)
-
-    def _begin(self, move: GripperMove | GraspMove, stops: int) -> None:
-        self._require_armed()  # the keys may have been disarmed since
-        self._hand.disarm("the fingers move by themselves")
-        self._desk.calls.make(partial(self._carry_out, move, stops))
-
-    def _carry_out(self, move: GripperMove | GraspMove, stops: int) -> str:
-        arm = self._desk.arm
-        if isinstance(move, GraspMove):
-            return grasped(arm.start(move, stops=stops).wait())
-        arm.start(move, stops=stops).wait()
-        return opened(arm.status.gripper_mm)
 
     def _require_armed(self) -> None:
         if not self._hand.armed:
@@ -116,6 +81,7 @@ class JogScreen(DeskScreen):
     """Jog keys live here alone, and only while they are armed."""
 
     place = "jog"
+    go = "arm"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
 
     def __init__(self) -> None:
@@ -125,12 +91,15 @@ class JogScreen(DeskScreen):
             desk.arm,
             clock=desk.clock,
             say=desk.say,
-            settings=lambda: self.desk.settings.jog,
+            settings=desk.settings.jog,
             age_s=app.input.key_age_s,
         )
         self.hand.alarm = HoldAlarm(app, self.hand.tick)
-        self.adjustments = Adjustments(desk, self.hand)
         self.fingers = Fingers(desk, self.hand)
+        settings = desk.settings.jog
+        self.action_switch_mode = self._release_and(settings.switch_mode)
+        self.action_change_step = self._release_and(settings.change_step)
+        self.action_change_speed = self._release_and(settings.change_speed)
         self.axes = AxisPanels(desk, self.hand)
         self._load = Load()
 
@@ -221,6 +190,23 @@ class JogScreen(DeskScreen):
     def action_jog(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
         self.hand.press(key)
+
+    def _release_and(self, change: Callable[..., None]) -> Callable[..., None]:
+        """Return a change of settings before which whatever is held ends: it had the old ones."""
+
+        def changed(*words: int) -> None:
+            self.hand.release()
+            change(*words)
+
+        return changed
+
+    def action_next_frame(self) -> None:
+        """Go on to the next frame in which the tip is jogged."""
+        settings = self.desk.settings.jog
+        if not settings.cartesian:
+            mode = self.desk.keys.label("mode")
+            raise BadRequest(f"frames are for Cartesian mode: press {mode} first")
+        self._release_and(settings.next_frame)()
 
     def action_arm_keys(self) -> None:
         """Let the jog keys have effect."""

@@ -14,7 +14,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, _character_to_key, key_to_charac
 from armdrive.errors.actions import Words, desk_words, presented
 from kinematics.text import shown_name
 from tui.keys.layouts import LAYOUTS, QWERTY
-from tui.keys.table import STOP, TABLE, DeskKey, JogPair, titled
+from tui.keys.table import AXIS_KEYS, STOP, TABLE, DeskKey, JogPair, titled
 
 # The line of keys offers no more rows than this; the help has all.
 KEYS_OFFERED = 12
@@ -22,30 +22,25 @@ KEYS_OFFERED = 12
 # Rows that the line of keys offers on every screen.
 KEYS_LAST = ("help", "palette", "quit")
 
-# Rows that the line of keys shows with another one, under one name: `[ ] step`.
-PAIRS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        "finer": ("coarser", "step"),
-        "move-finer": ("move-coarser", "step"),
-        "slower": ("faster", "speed"),
-        "go-slower": ("go-faster", "speed"),
-    }
-)
-
 # So wide is the column of keys in the help.
 KEYS_WIDTH = 18
 
+_UNICODE_NAMES = {name: unicode for unicode, name in KEY_NAME_REPLACEMENTS.items()}
 _LABELS: Mapping[str, str] = MappingProxyType({"escape": "Esc"})
 
 
 def label(key: str) -> str:
-    """Return what is printed on a key."""
-    return _LABELS.get(key) or printed(key)
+    """Return what is printed on a key, by the framework's name of it."""
+    if key in _LABELS:
+        return _LABELS[key]
+    character = key_to_character(_UNICODE_NAMES.get(key, key))
+    return character if character and character.isprintable() and character != " " else key
 
 
-def short_label(key: str) -> str:
-    """Return a key in as few letters as possible."""
-    return label(key).replace("ctrl+", "^")
+def short_label(row: DeskKey) -> str:
+    """Return the first key of a row, and the first that does the opposite, in few letters."""
+    keys = (*row.back[:1], *row.keys[:1])
+    return " ".join(label(key).replace("ctrl+", "^") for key in keys)
 
 
 @dataclass(frozen=True)
@@ -66,12 +61,23 @@ class Keyboard:
         return desk_words(self.label)
 
     @cached_property
-    def _by_jog(self) -> dict[str, DeskKey]:
-        return {row.jogs: row for row in self.rows if row.jogs}
+    def _jog_keys(self) -> dict[str, str]:
+        """The jog key of the table for each jog key of this keyboard."""
+        return {
+            own: key
+            for row in AXIS_KEYS
+            if row.id in self._by_id
+            for own, key in zip(self._by_id[row.id].all_keys, row.all_keys, strict=True)
+        }
 
     def row(self, name: str) -> DeskKey:
         """Return the row of an id; raises `KeyError`."""
         return self._by_id[name]
+
+    def action(self, name: str) -> tuple[DeskKey, str]:
+        """Return the row of a binding and its action, by the binding's id."""
+        row = self.row(name.removesuffix("-back"))
+        return row, next(action for each, _, action in row.bound if each == name)
 
     def of(self, name: str) -> tuple[str, ...]:
         """Return the keys of a row."""
@@ -87,12 +93,11 @@ class Keyboard:
 
     def jog(self, key: str) -> str:
         """Return what is printed on the key that jogs as this one of the table does."""
-        row = self._by_jog.get(key)
-        return label(key if row is None else row.keys[0])
+        return label(next((own for own, jogs in self._jog_keys.items() if jogs == key), key))
 
     def jog_key(self, key: str) -> str | None:
         """Return the jog key of the table that a key of this keyboard stands for."""
-        return next((jogs for jogs, row in self._by_jog.items() if key in row.keys), None)
+        return self._jog_keys.get(key)
 
     def at(self, place: str) -> tuple[DeskKey, ...]:
         """Return the rows that count on one screen, those of all screens after its own."""
@@ -104,18 +109,14 @@ class Keyboard:
         rows = (row for row in self.rows if row.counts_at(place) or row.id in common)
         return replace(self, rows=tuple(rows))
 
-    def changed(self, keys: Mapping[str, tuple[str, ...]]) -> Keyboard:
-        """Return a keyboard on which these rows have other keys."""
-        rows = (replace(row, keys=keys.get(row.id, row.keys)) for row in self.rows)
-        return replace(self, rows=tuple(rows))
-
     def keymap(self, bound: Sequence[DeskKey] = TABLE) -> dict[str, str]:
         """Return the keys by id, as the framework takes them, of rows that are bound otherwise.
 
         It goes through all of them for every key that is pressed, each with every binding.
         """
-        before = {row.id: row.keys for row in bound}
-        return {row.id: ",".join(row.keys) for row in self.rows if before.get(row.id) != row.keys}
+        before = {name: keys for row in bound for name, keys, _ in row.bound}
+        after = {name: keys for row in self.rows for name, keys, _ in row.bound}
+        return {name: ",".join(keys) for name, keys in after.items() if before.get(name) != keys}
 
     def next_keys(
         self, place: str, idle: Collection[str] = (), first: Sequence[str] = ()
@@ -134,17 +135,11 @@ class Keyboard:
     def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
         """Yield how to move the arm, then a line for each row that counts on a screen."""
         yield from self._jog_help(pairs)
-        rows = [row for row in self.at(place) if not row.jogs]
-        yield ""
-        yield f"On the {titled(place)} screen"
-        for row in rows:
-            if row.places:
-                yield _line(row)
-        yield ""
-        yield "On every screen"
-        for row in rows:
-            if not row.places:
-                yield _line(row)
+        for title, of_screen in ((f"On the {titled(place)} screen", True), ("Everywhere", False)):
+            yield from ("", title)
+            for row in self.at(place):
+                if bool(row.places) is of_screen and not row.jogs:
+                    yield _line(" ".join(map(label, row.all_keys)), row.tooltip)
 
     def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
         yield f"Move the arm, on the {titled('jog')} screen ({self.label('screen-jog')})"
@@ -156,13 +151,11 @@ class Keyboard:
         yield "Jog keys, while armed: the first moves by +, the second by -."
         for pair in pairs:
             moves = f"{shown_name(pair.joint)} (Cartesian mode: {pair.cartesian})"
-            keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
-            yield f"{keys:<{KEYS_WIDTH - 1}} {moves}"
+            yield _line(f"{self.jog(pair.plus)} {self.jog(pair.minus)}", moves)
 
 
-def _line(row: DeskKey) -> str:
-    keys = " ".join(label(key) for key in row.keys)
-    return f"{keys:<{KEYS_WIDTH - 1}} {row.tooltip}"
+def _line(keys: str, words: str) -> str:
+    return f"{keys:<{KEYS_WIDTH - 1}} {words}"
 
 
 # The table as it stands.
@@ -171,12 +164,18 @@ DEFAULT_KEYS = Keyboard()
 
 def keyboard_of(layout: str) -> Keyboard:
     """Return the keyboard of a layout; that of the table where there is none of that name."""
-    upper, middle, more = LAYOUTS.get(layout, LAYOUTS[QWERTY])
-    keys = {row: (_character_to_key(key),) for row, key in more.items()}
-    for number, (plus, minus) in enumerate(zip(upper, middle, strict=True), 1):
-        keys[f"axis-{number}-plus"] = (_character_to_key(plus),)
-        keys[f"axis-{number}-minus"] = (_character_to_key(minus),)
-    return DEFAULT_KEYS.changed(keys)
+    upper, middle, others = LAYOUTS.get(layout, LAYOUTS[QWERTY])
+    pairs = enumerate(zip(middle, upper, strict=True), 1)
+    changed = {**others, **{f"axis-{number}": minus + plus for number, (minus, plus) in pairs}}
+    return Keyboard(
+        tuple(_with_keys(row, changed[row.id]) if row.id in changed else row for row in TABLE)
+    )
+
+
+def _with_keys(row: DeskKey, characters: str) -> DeskKey:
+    """Return a row with other keys: the last one, and before it the one that does the opposite."""
+    *back, key = map(_character_to_key, characters)
+    return replace(row, keys=(key,), back=tuple(back) or row.back)
 
 
 def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:
@@ -184,7 +183,7 @@ def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:
     return [
         {
             "id": row.id,
-            "keys": [label(key) for key in row.keys],
+            "keys": [label(key) for key in row.all_keys],
             "screen": ", ".join(row.places.split()) or "all",
             "does": row.tooltip,
         }
@@ -207,37 +206,15 @@ def as_markdown(keyboard: Keyboard) -> Iterator[str]:
         yield f"| `{row['id']}` | {keys} | {row['screen']} | {row['does']} |"
 
 
-# The framework's bindings, made from the table of keys.
-
-
 def bindings(place: str, common: Collection[str] = ()) -> list[BindingType]:
     """Make the framework's bindings of the rows of a screen or dialog.
 
     `common` are rows of every screen that count there too, by id. "" alone stands for all of those.
     A keyboard layout changes keys later, by the ids of their rows.
     """
-    keys = DEFAULT_KEYS
-    rows = keys.only(place, common).rows if place or common else keys.at("")
+    rows = DEFAULT_KEYS.only(place, common).rows if place or common else DEFAULT_KEYS.at("")
     return [
-        Binding(
-            ",".join(row.keys),
-            row.action,
-            row.description,
-            tooltip=row.tooltip,
-            priority=row.everywhere,
-            show=bool(row.description),
-            id=row.id,
-        )
+        Binding(",".join(keys), action, row.description, priority=row.everywhere, id=name)
         for row in rows
+        for name, keys, action in row.bound
     ]
-
-
-# The framework's names of keys.
-
-_UNICODE_NAMES = {name: unicode for unicode, name in KEY_NAME_REPLACEMENTS.items()}
-
-
-def printed(key: str) -> str:
-    """Return what is printed on a key, by the framework's name of it."""
-    character = key_to_character(_UNICODE_NAMES.get(key, key))
-    return character if character and character.isprintable() and character != " " else key

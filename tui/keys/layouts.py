@@ -11,21 +11,13 @@ from types import MappingProxyType
 
 QWERTY = "qwerty"
 # The letters where those of the table stand on other keyboards, upper and middle row; and rows
-# whose keys would need three fingers there.
+# whose keys would need three fingers there, each with its key or with the opposite one before it.
 LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
     {
         QWERTY: ("qwertyu", "asdfghj", {}),
-        "azerty": (
-            "azertyu",
-            "qsdfghj",
-            {"finer": ",", "coarser": ";", "view-nearer": "w"},
-        ),
-        "qwertz": (
-            "qwertzu",
-            "asdfghj",
-            {"finer": ",", "coarser": ".", "view-nearer": "#"},
-        ),
-        "dvorak": ("',.pyfg", "aoeuidh", {"view-up": "j", "view-fit": "q"}),
+        "azerty": ("azertyu", "qsdfghj", {"step": ",;", "view-zoom": "xw"}),
+        "qwertz": ("qwertzu", "asdfghj", {"step": ",.", "view-zoom": "x#"}),
+        "dvorak": ("',.pyfg", "aoeuidh", {"view-tilt": "kj", "view-fit": "q"}),
         "colemak": ("qwfpgjl", "arstdhn", {}),
     }
 )

@@ -4,11 +4,10 @@ Times are in s, on any one clock. None of this knows a screen.
 
 | rule | question | asked by |
 |---|---|---|
-| `UrgentKeys` | was it typed before a stop that has acted? | the driver's thread and the app |
-| `BurstDetector` | did it come together with others, as in a paste? | the app, for each key |
-| `SuspensionDetector` | for how long did the program not run? | the app, at each poll and key |
-| `StaleInput` | did it come before the first pause after that? | the app, for keys and mouse |
-| `Confirmation` | is it a second press, or one that is held? | keys that need one or two presses |
+| `Freshness.overtaken` | was it typed before a stop that has acted? | the app, for each key |
+| `Freshness.stale` | did it wait while the program did not run? | the app, for keys and mouse |
+| `Freshness.pasted` | did it come faster than a person types? | the app, for each key |
+| `Confirmation` | is it a second press, or one that is held? | whatever moves the arm |
 
 Jog keys have one rule more, the dead-man switch in `armdrive.motion.dead_man`.
 """
@@ -16,79 +15,83 @@ Jog keys have one rule more, the dead-man switch in `armdrive.motion.dead_man`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from textual import events
-from textual.message import Message
 
 from armdrive.errors import BadRequest
-from armdrive.motion.dead_man import REPEAT_WITHIN_S
-
-# Urgent keys act in the thread that reads them, however busy the app is: those that stop the arm.
-# The app takes such a key afterwards as any other, and does the rest of what it means. Keys that
-# were typed before it and are still on their way would restart what was just stopped: they are
-# dropped.
-
-
-class UrgentKeys:
-    """When the last key that acts at once was read. Shared by two threads."""
-
-    def __init__(self) -> None:
-        self._acted_s = -math.inf
-
-    def read(self, message: Message, urgent: Mapping[str, Callable[[], object]]) -> None:
-        """Act on a key that was just read, if it is urgent."""
-        if isinstance(message, events.Key) and (act := urgent.get(message.key)) is not None:
-            self._acted_s = message.time
-            act()
-
-    def overtook(self, key: events.Key) -> bool:
-        """Return whether a key that the app takes now was typed before one that has acted."""
-        return key.time < self._acted_s
-
-
-# A suspended program reads nothing, but its keyboard goes on: all that was typed arrives at once
-# when the program goes on, or in pieces from a link that buffered it as well. So input is stale
-# from the moment of waking until there was a silence.
+from armdrive.motion.dead_man import GATE_S, REPEAT_WITHIN_S
 
 # After this long without any key the next one is fresh. A key that is held repeats sooner.
 SILENCE_S = 0.3
 
+# A program that did not run for this long was suspended: it polls twenty times as often.
+SUSPENDED_S = 1.0
 
-class SuspensionDetector:
-    """Measures for how long the program did nothing, and notes when the system reports it."""
+# One that did not run for this long, on a busy computer, may have kept jog keys waiting: a held jog
+# has ended by itself meanwhile (`HOLD_LONGEST_S`), and must not begin again from old repeats.
+STARVED_S = 0.3
+
+
+class Freshness:
+    """Distinguishes keys that a person has just pressed from keys that waited or were pasted.
+
+    A suspended program reads nothing, but its keyboard goes on: what was typed arrives at once when
+    the program goes on, or in pieces from a link that buffered it. Pasted text arrives at once too,
+    and not every terminal marks it. So after either, input is stale until there was a silence.
+    """
 
     def __init__(self) -> None:
+        self.suspended_s = SUSPENDED_S
+        self.starved_s = STARVED_S
+        self.person_s = GATE_S
+        """No person presses two keys so soon one after the other."""
+        self.why = ""
+        """Why input is stale."""
+        self._acted_s = -math.inf
         self._looked_s = math.inf
-        self._busy_s = 0.0
+        self._worked_s = 0.0
         self._reported = False
+        self._stale_s = -math.inf
+        self._key, self._came_s, self._held = "", -math.inf, False
 
-    def report(self) -> None:
+    def acted(self, came_s: float) -> None:
+        """Note a stop key that has acted in the thread that reads the keys."""
+        self._acted_s = came_s
+
+    def overtaken(self, key: events.Key) -> bool:
+        """Return whether a key was typed before a stop that has acted."""
+        return key.time < self._acted_s
+
+    def suspended(self) -> None:
         """Note that the system reports a suspension; safe in a signal handler."""
         self._reported = True
 
-    def look(self, now_s: float, busy_s: float) -> tuple[float, bool]:
-        """Return how long the program was absent since the last look, and whether reported.
+    def begin(self) -> None:
+        """Detect suspensions from now on: a slow start is not a suspension."""
+        self._looked_s, self._reported = math.inf, False
 
-        `busy_s` is the processor time of the calling thread: time spent working is no absence.
+    def look(self, now_s: float, worked_s: float, *, jogs: bool) -> str:
+        """Note that the program runs; return "suspended" or "starved" if it did not.
+
+        `worked_s` is the processor time of the calling thread: time spent working is no absence.
+        Where keys jog, a shorter absence matters.
         """
-        absent_s = (now_s - self._looked_s) - (busy_s - self._busy_s)
-        self._looked_s, self._busy_s = now_s, busy_s
+        absent_s = (now_s - self._looked_s) - (worked_s - self._worked_s)
+        self._looked_s, self._worked_s = now_s, worked_s
         reported, self._reported = self._reported, False
-        return max(absent_s, 0.0), reported
+        suspended = reported or absent_s > self.suspended_s
+        if not suspended and not (jogs and absent_s > self.starved_s):
+            return ""
+        what = "suspended" if suspended else "kept waiting"
+        self.expire(now_s, f"this program was {what} for {max(absent_s, 0.0):.1f} s")
+        return "suspended" if suspended else "starved"
 
-
-class StaleInput:
-    """Distinguishes input that may have waited from fresh input."""
-
-    def __init__(self) -> None:
-        self._stale_s = -math.inf
-
-    def begin(self, now_s: float) -> None:
+    def expire(self, now_s: float, why: str) -> None:
         """Treat whatever comes from now on as stale, until there is a silence."""
-        self._stale_s = now_s
+        self._stale_s, self.why = now_s, why
 
-    def is_stale(self, came_s: float, *, of_keyboard: bool = True) -> bool:
+    def stale(self, came_s: float, *, of_keyboard: bool = True) -> bool:
         """Return whether input of this time may have waited; then the next key may have, too.
 
         A mouse that moves is never silent for long: its events are stale as long as keys are.
@@ -99,30 +102,13 @@ class StaleInput:
             self._stale_s = max(self._stale_s, came_s)
         return True
 
-
-# Not every terminal marks pasted text, and a link that stalled delivers what it kept all at once.
-# No person presses two keys so soon one after the other. So a key waits before it acts, as long as
-# the dead-man lets the jog keys wait (`GATE_S`), and if another one follows sooner, neither does. A
-# key that is held may repeat as fast.
-
-BURST = "keys came as fast as pasted text"
-
-
-class BurstDetector:
-    """Tells keys that came together, from a paste or a link, from those that a person pressed."""
-
-    def __init__(self) -> None:
-        self._key = ""
-        self._came_s = -math.inf
-        self._held = False
-
-    def came_together(self, key: str, came_s: float, person_s: float) -> bool:
-        """Take a key; return whether it came sooner than `person_s` after another one.
+    def pasted(self, key: str, came_s: float) -> bool:
+        """Take a key; return whether it came sooner after another one than a person presses it.
 
         The repeats of a held key may, and the next key after them.
         """
         gap_s = came_s - self._came_s
-        together = gap_s < person_s and not self._held
+        together = gap_s < self.person_s and not self._held
         self._held = key == self._key and not together and gap_s <= REPEAT_WITHIN_S
         self._key, self._came_s = key, came_s
         return together
@@ -131,23 +117,22 @@ class BurstDetector:
 # A key that is held repeats, after a delay that differs from keyboard to keyboard, and most
 # terminals report no release. So what returns as soon as a held key does is the same press, and a
 # press counts once a pause follows it: two presses confirm, a single one does what moves the arm
-# only a little.
+# only a little, or was asked for by a question. Pasted text never pauses for so long.
 
 # The pause after the last press: a key that is held repeats sooner.
 QUIET_S = 0.3
 
-# A first press that is older has been forgotten: pressing the key now asks for the first
-# time.
+# A first press that is older has been forgotten.
 ASKED_FOR_S = 10.0
 
 STILL_HELD = "a key that is held is pressed once: let go, and press it again after a moment"
 
 
 class Confirmation:
-    """Something that is done once its key was pressed twice, with a pause after either press.
+    """Something that is done once its key was pressed once or twice, with a pause after a press.
 
-    What moves only a little is done after one press and the pause. Another key starts over. A key
-    that was refused may still be held: until it pauses, none of its presses counts.
+    Another key starts over. A key that was refused may still be held: until it pauses, none of its
+    presses counts.
     """
 
     def __init__(self, clock: Callable[[], float], label: Callable[[str], str] = str) -> None:
@@ -174,10 +159,8 @@ class Confirmation:
     @property
     def again(self) -> str:
         """The sentence that asks for the second press; empty if none is waited for."""
-        if not (effect := self.effect):
-            return ""
         key = self._label(self._row) if self._row else "the same key"
-        return f"{key} AGAIN {effect}; any other key cancels"
+        return f"{key} AGAIN {self.effect}; any other key cancels" if self.effect else ""
 
     def press(
         self, effect: str, act: Callable[[], object], *, row: str = "", needed: int = 2

@@ -35,7 +35,7 @@ class DeskKey:
     """One thing to do, and the keys that do it, named as the framework names them.
 
     `action` is a method `action_...` of the screen or the app; "part.method" is a method of one of
-    its parts.
+    its parts. `back` are keys that do the opposite: `action` with the other sign, or `back_action`.
     `places` names the screens (or dialogs) on which they do it; without one it is all screens.
     `everywhere` keys work in every dialog too, before anything else. Rows without a description are
     never offered in the line of keys. `also` are other words by which people look for it, and
@@ -51,15 +51,29 @@ class DeskKey:
     everywhere: bool = False
     also: str = ""
     needs: Needs = Needs.NOTHING
+    back: tuple[str, ...] = ()
+    back_action: str = ""
+
+    @property
+    def all_keys(self) -> tuple[str, ...]:
+        """Every key of the row, those that do the opposite first."""
+        return (*self.back, *self.keys)
+
+    @property
+    def bound(self) -> tuple[tuple[str, tuple[str, ...], str], ...]:
+        """The ids, keys and actions of the row's bindings: one, or two that do the opposite."""
+        forth = (self.id, self.keys, self.action)
+        opposite = self.back_action or self.action.replace("(1)", "(-1)")
+        return (forth, (f"{self.id}-back", self.back, opposite)) if self.back else (forth,)
 
     def counts_at(self, place: str) -> bool:
         """Return whether the row is one of a screen's or dialog's own."""
         return place in self.places.split()
 
     @property
-    def jogs(self) -> str:
-        """The key that jogs in this table, on any keyboard layout; empty for others."""
-        return self.action[len("jog('") : -len("')")] if self.action.startswith("jog(") else ""
+    def jogs(self) -> bool:
+        """Whether the keys jog."""
+        return self.action.startswith("jog(")
 
 
 # Every screen of the desk, and its dialogs.
@@ -72,7 +86,7 @@ DESK_KEYS = (
     DeskKey(STOP, ("space", "escape", "ctrl+c"), "stop_arm", "STOP",
             "Stop the arm, disarm the keys and close any dialog. Works everywhere; space acts "
             "0.1 s sooner than Esc.", everywhere=True),
-    DeskKey("help", ("question_mark", "f1"), "dialogs.help", "help", "Show all keys."),
+    DeskKey("help", ("question_mark", "f1"), "help", "help", "Show all keys."),
     DeskKey("quit", ("ctrl+q",), "leave", "quit",
             "Stop the arm and leave the desk.", everywhere=True),
     DeskKey("reference", ("H",), "control.reference", "reference",
@@ -88,13 +102,12 @@ DESK_KEYS = (
     DeskKey("reconnect", ("L",), "control.reconnect", "reconnect",
             "Try once to reconnect a lost link. Nothing moves, and an interrupted motion does "
             "not continue."),
-    DeskKey("palette", ("ctrl+p",), "dialogs.palette", "commands",
+    DeskKey("palette", ("ctrl+p",), "palette", "commands",
             "Find an action by a few letters; enter does it."),
-    DeskKey("look", ("T",), "looks.put_on_next", "look",
+    DeskKey("look", ("T",), "next_look", "look",
             "Change the colours: dark, light, high contrast, or your terminal's own."),
     DeskKey("more", ("ctrl+d",), "scroll(1)", "",
-            "Scroll down, to what the panels have no room for."),
-    DeskKey("back", ("ctrl+u",), "scroll(-1)", "", "Scroll up again."),
+            "Scroll down or up, to what the panels have no room for.", back=("ctrl+u",)),
     DeskKey("reset", ("R",), "control.reset", "reset",
             "Leave error-stop. Nothing moves.", also="clear error unlock", needs=Needs.LINK),
     DeskKey("estop", ("X",), "control.estop", "e-stop",
@@ -106,9 +119,6 @@ DESK_KEYS = (
 DIALOG_KEYS = (
     DeskKey("close", ("enter", "question_mark", "f1", "n"), "close", "close",
             "Close the dialog.", "dialog"),
-    DeskKey("dialog-clear", ("delete",), "typing.clear", "", "Delete the whole text.", "dialog"),
-    DeskKey("dialog-up", ("up",), "choose(-1)", "", "Choose the previous line.", "dialog"),
-    DeskKey("dialog-down", ("down",), "choose(1)", "", "Choose the next line.", "dialog"),
     DeskKey("yes", ("y",), "answer(True)", "yes", "Yes: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no", "No: do nothing.", "question"),
 )  # fmt: skip
@@ -116,19 +126,34 @@ DIALOG_KEYS = (
 # The row, and the action, that pauses the arm and resumes it.
 PAUSE = "pause"
 
-# The rows of several screens. A field of a goal that is empty means no change.
+# The rows of several screens.
 SHARED_KEYS = (
     DeskKey(PAUSE, ("p",), PAUSE, "pause",
             "Pause a motion or a program after its current burst, or resume it. A held key "
             "does not resume.", "move points program"),
-    DeskKey("next", ("down",), "choose(1)", "next", "Choose the next line.", "points program"),
-    DeskKey("previous", ("up",), "choose(-1)", "", "Choose the previous line.", "points program"),
-    DeskKey("go-slower", ("less_than_sign",), "motion.change_speed(-1)", "slower",
-            "Move more slowly.", "move points"),
-    DeskKey("go-faster", ("greater_than_sign",), "motion.change_speed(1)", "faster",
-            "Move faster.", "move points"),
-    DeskKey("erase", ("backspace",), "typing.erase", "",
+    DeskKey("go", ("enter",), "press_go", "go (twice)",
+            "Press twice: the arm moves as shown. A held key does not count.",
+            "move points", needs=Needs.POSITION),
+    DeskKey("next", ("down", "tab"), "choose(1)", "next", "Choose the next or previous line.",
+            "move points program setup log dialog", back=("up", "shift+tab")),
+    DeskKey("page", ("pagedown",), "turn_page(1)", "", "Go forward or back by a page.",
+            "program log model", back=("pageup",)),
+    DeskKey("mode", ("m",), "switch_mode", "mode",
+            "Switch between joints and the tip.", "jog move model"),
+    DeskKey("step", ("right_square_bracket",), "change_step(1)", "step",
+            "Make the step larger or smaller: degrees for joints, mm for the tip.",
+            "jog move model", back=("left_square_bracket",)),
+    DeskKey("frame", ("F",), "next_frame", "frame",
+            "Choose the frame of the tip: the base's, the tool's, or one of the arm file. A goal "
+            "in the tool's frame is a change from where the tool is.", "jog move"),
+    DeskKey("line", ("l",), "switch_line", "line",
+            "Switch between a straight line of the tip and a joint motion.", "move points"),
+    DeskKey("go-speed", ("greater_than_sign",), "change_speed(1)", "speed",
+            "Move faster or more slowly.", "move points", back=("less_than_sign",)),
+    DeskKey("erase", ("backspace",), "app.erase", "",
             "Delete the last character.", "move setup dialog"),
+    DeskKey("clear", ("delete",), "clear", "clear",
+            "Delete the whole text, or empty all fields of a goal: no change.", "move dialog"),
 )  # fmt: skip
 
 
@@ -136,74 +161,47 @@ SHARED_KEYS = (
 
 # Digits, the point and the minus are typed into the field, and are no rows of the table.
 MOVE_KEYS = (
-    DeskKey("move-go", ("enter",), "planned.press", "go (twice)",
-            "Press twice: the arm moves as shown. A held key does not count.",
-            "move", needs=Needs.POSITION),
-    DeskKey("move-next", ("down", "tab"), "form.move_to_field(1)", "next",
-            "Go to the next field.", "move"),
-    DeskKey("move-previous", ("up", "shift+tab"), "form.move_to_field(-1)", "",
-            "Go to the previous field.", "move"),
-    DeskKey("move-more", ("right",), "form.change_value(1)", "more",
-            "Increase the field by one step.", "move"),
-    DeskKey("move-less", ("left",), "form.change_value(-1)", "less",
-            "Decrease the field by one step.", "move"),
-    DeskKey("move-clear", ("delete",), "form.clear", "clear",
-            "Empty all fields: the arm would stay where it is.", "move"),
+    DeskKey("move-more", ("right",), "change_value(1)", "value",
+            "Increase or decrease the field by one step.", "move", back=("left",)),
     DeskKey("move-nearest", ("n",), "take_nearest", "nearest",
             "After a refusal: take the nearest possible goal.", "move"),
     DeskKey("move-posture", ("b",), "take_next_posture", "posture",
             "Take the next posture that reaches this goal, as joint angles.", "move"),
-    DeskKey("move-mode", ("m",), "form.switch_mode", "mode",
-            "Switch between joint angles and poses.", "move"),
-    DeskKey("move-line", ("l",), "form.switch_line", "line",
-            "Switch between a straight line of the tip and a joint motion.", "move"),
-    DeskKey("move-frame", ("F",), "form.next_frame", "frame",
-            "Choose the frame of the pose. In the tool's frame, the goal is a change from "
-            "where the tool is.", "move"),
-    DeskKey("move-finer", ("left_square_bracket",), "form.change_step(-1)", "finer",
-            "Make the step of the arrow keys smaller.", "move"),
-    DeskKey("move-coarser", ("right_square_bracket",), "form.change_step(1)", "coarser",
-            "Make the step of the arrow keys larger.", "move"),
 )  # fmt: skip
 
 # Names are typed once they are asked for; their letters are no rows of the table.
 POINT_KEYS = (
-    DeskKey("points-go", ("enter",), "press_go", "go (twice)",
-            "Press twice: the arm goes to the point as shown. A held key does not count.",
-            "points", needs=Needs.POSITION),
-    DeskKey("points-teach", ("t",), "points.teach", "teach",
+    DeskKey("points-teach", ("t",), "teach", "teach",
             "Save the place where the arm stands. Type a name, then press enter.", "points",
             needs=Needs.POSITION),
-    DeskKey("points-again", ("U",), "points.teach_again", "again",
+    DeskKey("points-again", ("U",), "teach_again", "again",
             "Press twice: save the point again, where the arm stands now.", "points",
             needs=Needs.POSITION),
-    DeskKey("points-rename", ("r",), "points.rename", "rename",
+    DeskKey("points-rename", ("r",), "rename", "rename",
             "Rename the point. A program that names it has to be changed by hand.", "points"),
-    DeskKey("points-delete", ("delete",), "points.delete", "delete",
+    DeskKey("points-delete", ("delete",), "delete", "delete",
             "Press twice: delete the point from the file.", "points"),
-    DeskKey("points-edit", ("e",), "points.move_there", "edit",
+    DeskKey("points-edit", ("e",), "edit", "edit",
             "Edit the point's joints on the move screen. Go there, then save it again here.",
             "points"),
-    DeskKey("points-line", ("l",), "motion.switch_line", "line",
-            "Switch between a straight line of the tip and a joint motion.", "points"),
-    DeskKey("points-append", ("a",), "points.append", "append",
+    DeskKey("points-append", ("a",), "append", "append",
             "Append a move to the point to a program file, with the motion and speed shown.",
             "points"),
-    DeskKey("points-fingers", ("g",), "points.append_fingers", "fingers",
+    DeskKey("points-fingers", ("g",), "append_fingers", "fingers",
             "Append a line for the fingers to the program. Type open, close, grasp, here (as they "
             "are now) or mm, then press enter.", "points"),
-    DeskKey("points-wait", ("W",), "points.append_wait", "wait",
+    DeskKey("points-wait", ("W",), "append_wait", "wait",
             "Append a wait to the program. Type seconds, then press enter.", "points"),
-    DeskKey("points-erase", ("backspace",), "points.erase", "",
+    DeskKey("points-erase", ("backspace",), "take_back", "",
             "Take back what was appended last; while you type a name, its last letter.", "points"),
 )  # fmt: skip
 
 # A stop ends a program at once; leaving the screen ends it after the motion under way.
 PROGRAM_KEYS = (
-    DeskKey("program-go", ("enter",), "start.press", "go (twice)",
+    DeskKey("program-go", ("enter",), "press_go", "go (twice)",
             "Press twice: run the program as rehearsed; it is rehearsed first if necessary. A "
             "held key does not count.", "program", also="run start play", needs=Needs.MOTORS),
-    DeskKey("program-rehearse", ("r",), "start.rehearse", "rehearse",
+    DeskKey("program-rehearse", ("r",), "rehearse", "rehearse",
             "Rehearse the program on a simulated copy of the arm: how long it takes, what it "
             "assumes, and which line would fail. Nothing moves.", "program", also="check simulate"),
     DeskKey("program-stepping", ("s",), "run.switch_stepping", "stepping",
@@ -211,54 +209,37 @@ PROGRAM_KEYS = (
             "program"),
     DeskKey("program-forward", ("right",), "run.forward", "step",
             "Let a waiting program continue. A held key does not count.", "program"),
-    DeskKey("program-down", ("pagedown",), "turn_page(1)", "",
-            "Scroll the program down, while it does not run.", "program"),
-    DeskKey("program-up", ("pageup",), "turn_page(-1)", "",
-            "Scroll the program up, while it does not run.", "program"),
 )  # fmt: skip
 
-
-# The log. None of these keys moves the arm.
-
-# The head of the screen names the keys of the topics, so that they come last in the footer.
+# The head of the log names the keys of the topics, so that they come last in the footer.
 LOG_KEYS = (
     DeskKey("log-open", ("enter",), "open_line", "open",
             "Show the whole line; for an error, its cause and remedy too.", "log"),
     DeskKey("log-find", ("slash",), "find", "find",
             "Show only lines with a text. Commas separate words that must all occur.", "log"),
-    DeskKey("log-all", ("a",), "log_view.show_all", "all",
+    DeskKey("log-all", ("a",), "show_all", "all",
             "Show everything again and follow the newest line.", "log"),
-    DeskKey("log-pause", ("p",), "log_view.switch_hold", "hold",
+    DeskKey("log-hold", ("p",), "switch_hold", "hold",
             "Hold the lines still, or follow the newest again. The arm is not paused.", "log"),
     DeskKey("log-save", ("s",), "save", "save",
             "Save the flight recorder to a file, and show its path.", "log"),
     DeskKey("log-catalogue", ("e",), "catalogue", "all errors",
             "Look up what each error means and what to do.", "log"),
-    DeskKey("log-up", ("up",), "log_view.go(-1)", "older", "Choose the previous line.", "log"),
-    DeskKey("log-down", ("down",), "log_view.go(1)", "", "Choose the next line.", "log"),
-    DeskKey("log-page-up", ("pageup",), "log_view.turn_page(-1)", "", "Go back one page.", "log"),
-    DeskKey("log-page-down", ("pagedown",), "log_view.turn_page(1)", "",
-            "Go forward one page.", "log"),
-    DeskKey("log-first", ("home",), "log_view.go_first", "", "Go to the oldest line.", "log"),
-    DeskKey("log-last", ("end",), "log_view.follow", "newest",
-            "Follow the newest line again.", "log"),
+    DeskKey("log-last", ("end",), "follow", "newest",
+            "Follow the newest line again, or go to the oldest one.", "log",
+            back=("home",), back_action="go_first"),
     *(
-        DeskKey(f"log-{topic.value}", (str(number),), f"log_view.switch_topic('{topic.value}')",
+        DeskKey(f"log-{topic.value}", (str(number),), f"switch_topic('{topic.value}')",
                 topic.value, f"Show or hide the {topic.value}.", "log")
         for number, topic in enumerate(Topic, 1)
     ),
 )  # fmt: skip
 
-
-# The set-up screen. Only `t` moves anything.
-
-# While text is typed, printable keys are typed and do nothing else; space is never typed.
+# The set-up screen. Only `t` moves anything. While text is typed, printable keys are typed and do
+# nothing else; space is never typed.
 SETUP_KEYS = (
     DeskKey("setup-enter", ("enter",), "stage.enter", "go on",
             "Do what is marked. Opening a port or writing a file needs a second press.", "setup"),
-    DeskKey("setup-next", ("down", "tab"), "mark(1)", "next", "Mark the next line.", "setup"),
-    DeskKey("setup-previous", ("up", "shift+tab"), "mark(-1)", "",
-            "Mark the previous line.", "setup"),
     DeskKey("setup-on", ("right",), "stage.skip", "skip",
             "Describe the arm on a port without opening it.", "setup"),
     DeskKey("setup-back", ("left",), "stage.back", "back",
@@ -280,54 +261,40 @@ SETUP_KEYS = (
             "It moved about half as far.", "setup"),
 )  # fmt: skip
 
-
-# A model that no arm stands behind.
-
-# Only where no arm is connected: a model may leap.
+# A model that no arm stands behind: a model may leap.
 MODEL_KEYS = (
-    DeskKey("model-more", ("pagedown", "N"), "app.scroll(1)", "more",
-            "Scroll down in what is computed of the posture.", "model"),
-    DeskKey("model-back", ("pageup", "B"), "app.scroll(-1)", "", "Scroll up again.", "model"),
-    DeskKey("model-solution", ("G",), "adjustments.next_solution", "solution",
+    DeskKey("model-solution", ("G",), "next_solution", "solution",
             "Show the model's next solution for the same place of the hand.", "model"),
-    DeskKey("model-zero", ("Z",), "adjustments.zero", "zero",
+    DeskKey("model-zero", ("Z",), "zero", "zero",
             "Set every joint of the model to zero, or to its limit nearest to zero.", "model"),
 )  # fmt: skip
 
-
 # The view: these move the camera, never the arm. None of them is an arrow with shift: a terminal
 # that cannot tell those from plain arrows would jog.
-
-# The actions of every screen that draws an arm.
 VIEW_KEYS = (
     DeskKey("view-next", ("v",), "view('next')", "view",
             "Look at the arm from the next side: iso, side, top, front."),
-    DeskKey("view-left", ("left_parenthesis",), "view('left')", "",
-            "Turn the view to the left. Dragging with the mouse turns it too."),
-    DeskKey("view-right", ("right_parenthesis",), "view('right')", "",
-            "Turn the view to the right."),
-    DeskKey("view-up", ("i",), "view('up')", "", "Look at the arm from higher up."),
-    DeskKey("view-down", ("k",), "view('down')", "", "Look at the arm from lower down."),
-    DeskKey("view-nearer", ("z",), "view('nearer')", "",
-            "Zoom in on the tip. The mouse wheel zooms too."),
-    DeskKey("view-farther", ("x",), "view('farther')", "", "Zoom out."),
+    DeskKey("view-turn", ("right_parenthesis",), "view('right')", "",
+            "Turn the view. Dragging with the mouse turns it too.",
+            back=("left_parenthesis",), back_action="view('left')"),
+    DeskKey("view-tilt", ("i",), "view('up')", "", "Look at the arm from higher or lower.",
+            back=("k",), back_action="view('down')"),
+    DeskKey("view-zoom", ("z",), "view('nearer')", "",
+            "Zoom in on the tip, or out. The mouse wheel zooms too.",
+            back=("x",), back_action="view('farther')"),
     DeskKey("view-fit", ("o",), "view('fit')", "", "Show the arm's whole reach."),
     DeskKey("view-clear", ("c",), "view('clear')", "", "Clear the drawn path of the tip."),
 )  # fmt: skip
 
-
-# Watching an arm that another program drives.
-
-# Besides the stop, all that a watcher may do to the arm.
+# Watching an arm that another program drives: besides the stop, all that a watcher may do to it.
 WATCH_KEYS = (
     DeskKey("watch-pause", ("p",), "ask('pause')", "pause",
             "Pause the arm after its current burst.", "watch"),
-    DeskKey("watch-resume", ("r",), "ask('resume')", "resume",
+    DeskKey("watch-resume", ("r",), "resume", "resume",
             "Resume a paused arm: it moves again.", "watch"),
-    DeskKey("watch-slower", ("minus",), "change_speed(-1)", "slower",
-            "Slow the arm down.", "watch"),
-    DeskKey("watch-faster", ("plus", "equals_sign"), "change_speed(1)", "faster",
-            "Speed the arm up, at most to the speed that its program asks for.", "watch"),
+    DeskKey("watch-speed", ("plus", "equals_sign"), "change_speed(1)", "speed",
+            "Speed the arm up, at most to the speed that its program asks for, or slow it down.",
+            "watch", back=("minus",)),
 )  # fmt: skip
 
 
@@ -371,16 +338,8 @@ def titled(screen: str) -> str:
 JOG_KEYS = (
     DeskKey("arm", ("enter",), "arm_keys", "arm",
             "Arm the jog keys. They disarm after 60 s without a key.", "jog", needs=Needs.MOTORS),
-    DeskKey("mode", ("m",), "adjustments.switch_mode", "mode",
-            "Switch between joint and Cartesian mode.", "jog model"),
-    DeskKey("finer", ("left_square_bracket",), "adjustments.change_step(-1)", "finer",
-            "Make the step smaller: degrees in joint mode, mm in Cartesian mode.", "jog model"),
-    DeskKey("coarser", ("right_square_bracket",), "adjustments.change_step(1)", "coarser",
-            "Make the step larger: degrees in joint mode, mm in Cartesian mode.", "jog model"),
-    DeskKey("slower", ("minus",), "adjustments.change_speed(-1)", "slower",
-            "Jog more slowly.", "jog"),
-    DeskKey("faster", ("plus", "equals_sign"), "adjustments.change_speed(1)", "faster",
-            "Jog faster.", "jog"),
+    DeskKey("speed", ("plus", "equals_sign"), "change_speed(1)", "speed",
+            "Jog faster or more slowly.", "jog", back=("minus",)),
     DeskKey("grasp", ("G",), "fingers.grasp", "grasp",
             "While armed: close the fingers until the grip switch closes.",
             "jog", also="grip gripper hold", needs=Needs.MOTORS),
@@ -399,16 +358,13 @@ JOG_KEYS = (
     DeskKey("details", ("D",), "details", "details",
             "Show or hide details: motors, inputs, and what goes over the wire.",
             "jog", also="wire bytes motors inputs"),
-    DeskKey("frame", ("F",), "adjustments.next_frame", "frame",
-            "In Cartesian mode: choose the frame of x, y and z, which is the base's, the "
-            "tool's, or one of the arm file.", "jog"),
 )  # fmt: skip
 
 SCREEN_KEYS = tuple(
     DeskKey(
         f"screen-{entry.id}",
         (entry.key,),
-        f"screens.show('{entry.id}')",
+        f"show_screen('{entry.id}')",
         entry.title,
         entry.summary,
     )
@@ -473,40 +429,24 @@ def pairs_of(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:
 # The pairs of an arm of the Mini-mover's build.
 JOG_PAIRS = jog_pairs(JOINT_NAMES)
 
-_WAYS = ("plus", "minus")
-
 AXIS_KEYS = tuple(
-    DeskKey(
-        f"axis-{number}-{way}",
-        (key,),
-        f"jog('{key}')",
-        "",
-        f"Jog row {number}, {way}: a joint, or in Cartesian mode a coordinate of the tip.",
-        "jog model",
-        needs=Needs.MOTORS,
-    )
-    for number, keys in enumerate(LETTERS, 1)
-    for way, key in zip(_WAYS, keys, strict=True)
+    DeskKey(f"axis-{number}", (plus,), f"jog('{plus}')", "",
+            f"Jog row {number} down or up: a joint, or in Cartesian mode a coordinate of the tip.",
+            "jog model", needs=Needs.MOTORS, back=(minus,), back_action=f"jog('{minus}')")
+    for number, (plus, minus) in enumerate(LETTERS, 1)
 ) + tuple(
-    DeskKey(
-        f"arrow-{key}",
-        (key,),
-        f"jog('{key}')",
-        "",
-        f"Jog the {joint}, {way}; in Cartesian mode {axis}.",
-        "jog model",
-        needs=Needs.MOTORS,
-    )
-    for *keys, joint, axis in ARROWS
-    for way, key in zip(_WAYS, keys, strict=True)
-)
+    DeskKey(f"arrow-{plus}", (plus,), f"jog('{plus}')", "",
+            f"Jog the {joint}; in Cartesian mode {axis}.",
+            "jog model", needs=Needs.MOTORS, back=(minus,), back_action=f"jog('{minus}')")
+    for plus, minus, joint, axis in ARROWS
+)  # fmt: skip
 
 # Every key of the desk. Layouts and the line of keys go by the ids.
 TABLE = (
     *DESK_KEYS,
     *SCREEN_KEYS,
-    *JOG_KEYS,
     *SHARED_KEYS,
+    *JOG_KEYS,
     *MOVE_KEYS,
     *POINT_KEYS,
     *PROGRAM_KEYS,

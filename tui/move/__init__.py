@@ -17,9 +17,16 @@ from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
 from tui.keys.keyboard import bindings
 from tui.keys.table import Needs
-from tui.move.form import GoalFields, GoalForm, of_pose
-from tui.move.planned import NOTHING_ASKED, PlannedMove, other_ways, preview_text, way_text
-from tui.widgets import PlainText, TypedText, panels
+from tui.move.form import FIELDS_HEAD, GoalForm, field_rows, of_pose
+from tui.move.planned import (
+    NOTHING_ASKED,
+    PlannedMove,
+    choices_text,
+    other_ways,
+    preview_text,
+    way_text,
+)
+from tui.widgets import ChoiceList, PlainText, TypedText, panels
 
 
 class MoveScreen(DeskScreen):
@@ -43,6 +50,16 @@ class MoveScreen(DeskScreen):
             has_yaw=geometry.has_yaw,
         )
         self.planned = PlannedMove(desk, self.form.goal)
+        # what the keys of several screens do on this one
+        self.action_press_go = self.planned.press
+        self.action_choose = self.form.move_to_field
+        self.action_change_value = self.form.change_value
+        self.action_change_step = self.form.change_step
+        self.action_change_speed = self.motion.change_speed
+        self.action_switch_mode = self.form.switch_mode
+        self.action_switch_line = self.form.switch_line
+        self.action_next_frame = self.form.next_frame
+        self.action_clear = self.form.clear
 
     @property
     def typing(self) -> TypedText:
@@ -54,7 +71,7 @@ class MoveScreen(DeskScreen):
         """Without a goal no key goes, or takes another one."""
         preview = self.planned.preview
         return {
-            "move-go": preview is not None and preview.refusal is None,
+            "go": preview is not None and preview.refusal is None,
             "move-nearest": preview is not None and preview.nearest is not None,
             "move-posture": bool(other_ways(preview)),
         }
@@ -88,15 +105,15 @@ class MoveScreen(DeskScreen):
                 with Vertical(id="goal-panel", classes="panel") as goal:
                     goal.border_title = "Goal"
                     yield PlainText(id="goal")
-                    yield GoalFields(self.form, id="fields")
+                    yield ChoiceList("choose", id="fields", classes="")
                 yield from panels(going="Go", foreseen="What the motion would be")
 
     def show_body(self, status: Status) -> None:
         """Show the goal, and what its motion would be as soon as that is worked out."""
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
-        self.text("goal").show(way_text(self.form, self.desk.keys))
-        self.query_one(GoalFields).show_form(self._present())
+        self.text("goal").show(f"{way_text(self.form, self.desk.keys)}\n{FIELDS_HEAD}")
+        self.query_one(ChoiceList).show_rows(field_rows(self.form, self._present()), self.form.at)
         self.show_panel("foreseen", self.desk.spoken(self._foreseen_text(fresh)))
         self.show_panel("going", self.planned.text(status, fresh))
 
@@ -107,7 +124,8 @@ class MoveScreen(DeskScreen):
             return wrong
         if fresh is not None:
             told = bool(self.desk.link.hindrance(Needs.POSITION))
-            return preview_text(fresh, self.desk.keys, told=told)
+            choices = choices_text(fresh, self.desk.keys)
+            return f"{preview_text(fresh, told=told)}\n{choices}".strip()
         return "working it out ..." if self.planned.previewing.busy else NOTHING_ASKED
 
     def on_screen_resume(self) -> None:

@@ -8,18 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 
-from textual import events
-from textual.content import Content
-from textual.coordinate import Coordinate
-from textual.widgets import DataTable
-
 from armdrive.errors import BadRequest
 from armdrive.moves import BASE_FRAME, JointMove, LineMove, Motion, PoseMove
 from armdrive.status import pose_numbers
 from kinematics.spaces import POSE_FIELDS, Joints, Pose
 from kinematics.text import shown_name, tenths
 from tui.settings import MoveSettings, neighbour
-from tui.widgets import TypedText
+from tui.widgets import UNKNOWN, TypedText
 
 # By how much the arrows change a field, in degrees or mm.
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
@@ -206,60 +201,14 @@ def pose_of(values: Mapping[str, float]) -> Pose:
     return Pose.of(**{POSE_FIELDS[name]: value for name, value in values.items()})
 
 
-# The titles of the columns, and their widths in characters.
-COLUMNS = (("", 13), ("goal", 11), ("", 3), ("now", 9))
-
-Cells = tuple[str, str, str, str]
-
-
-class GoalFields(DataTable[Content], can_focus=False):
-    """The fields; the one that is typed into is lit. It is never focused; a click chooses a field.
-
-    The keys of the table of keys type and move, so that a stop is never taken as text.
-    """
-
-    def __init__(self, form: GoalForm, *, id: str) -> None:  # noqa: A002
-        super().__init__(id=id, cursor_type="row", cell_padding=0, show_cursor=True)
-        self._form = form
-        self._rows: tuple[Cells, ...] = ()
-
-    @property
-    def shown(self) -> str:
-        """The rows as they stand."""
-        return "\n".join(" ".join(row) for row in self._rows)
-
-    def on_mount(self) -> None:
-        """Make the columns."""
-        for title, width in COLUMNS:
-            self.add_column(f"{title:>{width}}", width=width)
-
-    def show_form(self, present: Mapping[str, float]) -> None:
-        """Show the fields, with where the arm is; repaint only what has changed."""
-        form = self._form
-        rows = tuple(_cells(form, name, present) for name in form.names)
-        if len(rows) != len(self._rows):
-            self.clear()
-            self.add_rows(map(Content, row) for row in rows)
-        else:
-            for at, (row, before) in enumerate(zip(rows, self._rows, strict=True)):
-                for column, text in enumerate(row):
-                    if text != before[column]:
-                        self.update_cell_at(Coordinate(at, column), Content(text))
-        self._rows = rows
-        if self.cursor_row != form.at:
-            self.move_cursor(row=form.at)
-
-    async def on_click(self, event: events.Click) -> None:
-        """Choose the field that was clicked."""
-        row = event.style.meta.get("row", -1)
-        if 0 <= row < len(self._rows):
-            by = row - self._form.at
-            await self.app.run_action(f"form.move_to_field({by})", self.screen)
+def field_rows(form: GoalForm, present: Mapping[str, float]) -> list[str]:
+    """Return a row for each field: its name, what is typed, its unit, and where the arm is."""
+    rows = []
+    for name in form.names:
+        now = tenths(present[name]) if name in present else UNKNOWN
+        text = form.shown(name) + "_" * (name == form.name)
+        rows.append(f"{shown_name(name):<12}{text:>11} {form.unit(name):<3}{now:>9}")
+    return rows
 
 
-def _cells(form: GoalForm, name: str, present: Mapping[str, float]) -> Cells:
-    chosen = name == form.name
-    now = tenths(present[name]) if name in present else "?"
-    text = form.shown(name) + "_" * chosen
-    return (f"{'>' if chosen else ' '} {shown_name(name)}", f"{text:>11}", f" {form.unit(name)}",
-            f"{now:>9}")  # fmt: skip
+FIELDS_HEAD = f"{'goal':>25}{'now':>13}"

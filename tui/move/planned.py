@@ -8,10 +8,7 @@ is on the screen, and `_go` moves nothing if it has changed since.
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -26,11 +23,9 @@ from armdrive.motion.preview import (
 from armdrive.moves import TOOL_FRAME, Motion
 from armdrive.render.scene import Moment
 from armdrive.status import IN_MOTION, State, Status
-from kinematics.guards.path import Clearance
-from kinematics.spaces import Joints
 from tui.app import Job
 from tui.desk import Desk
-from tui.keys.keyboard import Keyboard
+from tui.keys.keyboard import Keyboard, short_label
 from tui.keys.table import PAUSE, STOP
 from tui.move.form import GoalForm
 from tui.safety import bound_text
@@ -45,68 +40,58 @@ NOTHING_ASKED = "type into a field, or step it with the arrows"
 # Characters of the bar that shows progress.
 BAR = 24
 
-# Shorter wordings for narrow terminals.
-_BEYOND = re.compile(r"(\S+)° beyond its limit of \S+°")
-
 
 def way_text(form: GoalForm, keys: Keyboard) -> str:
     """Say how the goal is typed and reached, each with its key: mode, way, frame, speed, step."""
     row = keys.label
     if form.cartesian:
         change = " (a change)" if form.frame == TOOL_FRAME else ""
-        first = f"{row('move-mode')}: POSE   {row('move-line')}: {form.settings.way}"
-        first += f"   {row('move-frame')}: frame {form.frame}{change}"
+        first = f"{row('mode')}: POSE   {row('line')}: {form.settings.way}"
+        first += f"   {row('frame')}: frame {form.frame}{change}"
     else:
-        first = f"{row('move-mode')}: JOINTS   joint motion"
-    speed = f"{row('go-slower')} {row('go-faster')}: speed {form.settings.speed:.0%}"
-    return f"{first}\n{speed}   {row('move-finer')} {row('move-coarser')}: step {form.step:g}"
+        first = f"{row('mode')}: JOINTS   joint motion"
+    speed, step = (short_label(keys.row(name)) for name in ("go-speed", "step"))
+    return f"{first}\n{speed}: speed {form.settings.speed:.0%}   {step}: step {form.step:g}"
 
 
-def preview_text(preview: Preview, keys: Keyboard, *, told: bool) -> str:
-    """Say what the motion would be, or why it is refused and what is possible instead.
+def preview_text(preview: Preview, *, told: bool) -> str:
+    """Say what the motion would be, or why it is refused.
 
     `told` means that the safety panel says why the arm cannot move now.
     """
-    return "\n".join(_preview_lines(preview, keys, told=told))
+    return "\n".join(_preview_lines(preview, told=told))
 
 
-def short_text(preview: Preview, *, told: bool) -> str:
-    """Say in few words what the motion would be, or why it is refused."""
-    lines = [*_refusals(preview, told=told)]
-    if preview.plan is None:
-        return "\n".join(lines)
-    near = [f"{each.guard} {round(each.clearance_mm)} mm" for each in preview.clearances[:2]]
-    return "\n".join([*lines, duration_words(preview), "  ".join(near), *_stop(preview)])
-
-
-def _refusals(preview: Preview, *, told: bool) -> Iterator[str]:
-    for refusal in (None if told else preview.hindrance, preview.problem):
-        if refusal is not None:
-            yield f"REFUSED: {_reason(refusal)}"
-
-
-def _preview_lines(preview: Preview, keys: Keyboard, *, told: bool) -> Iterator[str]:
-    yield from _refusals(preview, told=told)
+def choices_text(preview: Preview, keys: Keyboard) -> str:
+    """Say what is possible instead of a refused motion, and the postures at the goal."""
+    lines = []
     if preview.nearest is not None:
         share = preview.nearest.share
         part = "" if share >= 1.0 else f" ({share:.0%} of this way)"
-        yield f"{keys.label('move-nearest')}: possible instead{part}:"
-        yield f"  {preview.nearest.pose}"
-    if preview.plan is not None:
-        yield duration_words(preview)
-        yield from _stop(preview)
-        if preview.margin is not None:
-            yield margin_words(preview.margin)
-        yield from (clearance_words(preview, each) for each in _clearances(preview))
-        if preview.plan.note:
-            yield preview.plan.note
-    yield from _way_lines(preview, keys)
-
-
-def _way_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
-    yield from (_way_line(way, preview.problem) for way in preview.ways)
+        lines += [f"{keys.label('move-nearest')}: possible instead{part}:"]
+        lines += [f"  {preview.nearest.pose}"]
+    lines += [_way_line(way, preview.problem) for way in preview.ways]
     if any(other_ways(preview)):
-        yield f"  {keys.label('move-posture')}: another allowed one"
+        lines += [f"  {keys.label('move-posture')}: another allowed one"]
+    return "\n".join(lines)
+
+
+def _preview_lines(preview: Preview, *, told: bool) -> Iterator[str]:
+    for refusal in (None if told else preview.hindrance, preview.problem):
+        if refusal is not None:
+            yield f"REFUSED: {_reason(refusal)}"
+    if preview.plan is None:
+        return
+    yield duration_words(preview)
+    if preview.stop_time_s:
+        yield f"a stop takes up to {bound_text(preview.stop_distance_mm, preview.stop_time_s)}"
+    if preview.margin is not None:
+        yield margin_words(preview.margin)
+    table = [each for each in preview.clearances if each.guard == "table"]
+    others = [each for each in preview.clearances if each.guard != "table"]
+    yield from (clearance_words(preview, each) for each in (*table, *others[:1]))
+    if preview.plan.note:
+        yield preview.plan.note
 
 
 def other_ways(preview: Preview | None) -> list[PostureOption]:
@@ -114,27 +99,12 @@ def other_ways(preview: Preview | None) -> list[PostureOption]:
     return [way for way in (preview.ways if preview else ()) if way.allowed and not way.taken]
 
 
-def _clearances(preview: Preview) -> Iterator[Clearance]:
-    """Yield the table's clearance and the nearest other one."""
-    table = [each for each in preview.clearances if each.guard == "table"]
-    others = [each for each in preview.clearances if each.guard != "table"]
-    yield from (*table, *others[:1])
-
-
 def _way_line(way: PostureOption, problem: Exception | None) -> str:
     sign = "*" if way.taken else "-"
     name = way.name or "nearest posture found"
     if way.against and problem is not None and _reason(problem).startswith(way.against):
-        because = "refused as above"
-    else:
-        because = "taken" if way.taken else _BEYOND.sub(r"\1° too far", way.against.split(";")[0])
-    return f"{sign} {name}: {because}"
-
-
-def _stop(preview: Preview) -> Iterator[str]:
-    """Say how much a stop on the way takes at most, where anything moves."""
-    if preview.stop_time_s:
-        yield f"a stop takes up to {bound_text(preview.stop_distance_mm, preview.stop_time_s)}"
+        return f"{sign} {name}: refused as above"
+    return f"{sign} {name}: {'taken' if way.taken else way.against.split(';')[0]}"
 
 
 def _reason(refusal: Exception) -> str:
@@ -167,25 +137,6 @@ def arrived(status: Status) -> str:
     return "arrived" if status.pose is None else f"arrived: {status.pose}"
 
 
-@dataclass(slots=True)
-class MoveProgress:
-    """The progress along a previewed path, which never goes back."""
-
-    preview: Preview
-    index: int = 0
-
-    def seen(self, joints: Joints | None) -> float:
-        """Take a look at the arm; return the share of the way behind it, 0 to 1."""
-        ahead = self.preview.postures
-        if joints is not None and self.index < len(ahead):
-            near = min(
-                range(self.index, len(ahead)),
-                key=lambda index: math.dist(ahead[index].angles_rad, joints.angles_rad),
-            )
-            self.index = near
-        return self.index / max(len(ahead) - 1, 1)
-
-
 # Returns what is asked for now; None where nothing is.
 Goal = Callable[[], Motion | None]
 
@@ -206,7 +157,6 @@ class PlannedMove:
         self._desk = desk
         self._goal = goal
         self._seen: Seen | None = None
-        self._progress: MoveProgress | None = None
 
     def follow(self, status: Status) -> Preview | None:
         """Work out what has changed; return the preview of the present goal and place, if any."""
@@ -226,15 +176,9 @@ class PlannedMove:
     def text(self, status: Status, fresh: Preview | None) -> str:
         """Say how the motion is begun, confirmed or stopped."""
         keys = self._desk.keys
-        if self.going.busy and self._progress is not None:
-            bar = progress_bar(self._progress.seen(status.joints))
-            return f"{bar}\n{going_text(keys, paused=status.paused)}"
-        return self._desk.confirmation.again or ready_text(fresh, keys.label(self._row))
-
-    @property
-    def _row(self) -> str:
-        """The row of the key that moves the arm, on the screen that shows the motion."""
-        return f"{self._desk.place}-go"
+        if self.going.busy:
+            return going_text(keys, paused=status.paused)
+        return self._desk.confirmation.again or ready_text(fresh, keys.label("go"))
 
     # -- the preview --------------------------------------------------------------------------
 
@@ -276,7 +220,7 @@ class PlannedMove:
         if self.preview.refusal is not None:
             desk.confirmation.refuse()
             raise BadRequest(REFUSED)
-        desk.confirmation.press(MOVES, self._go, row=self._row)
+        desk.confirmation.press(MOVES, self._go, row="go")
 
     def _go(self) -> None:
         """Move as it is shown, unless what is shown is no longer so."""
@@ -284,7 +228,6 @@ class PlannedMove:
         ask = self._seen[0] if self._seen is not None else None
         if preview is None or ask is None or not self._fresh(desk.link.status):
             raise BadRequest("the motion has changed: look at it, and confirm again")
-        self._progress = MoveProgress(preview)
         # the count is taken here: a stop while the thread starts lets the motion not begin
         self.going = desk.calls.make(partial(self._carry_out, ask, desk.arm.stops))
 

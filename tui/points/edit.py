@@ -1,24 +1,18 @@
-"""The points as a person goes through them, and the keys that change files: points and a program.
-
-None of them moves the arm, and none overwrites a change that another program has made.
-"""
+"""The points as a person goes through them, the text that is asked for, and the taught program."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest, PointsChanged
-from armdrive.motion.plan import audit_opening
 from armdrive.programs.language import ENDING
-from armdrive.programs.teaching.recording import GRIPS, TaughtLines
+from armdrive.programs.teaching.recording import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
 from armdrive.storage.points import Point, check_name
-from armdrive.text.numbers import number
 from armdrive.text.reading import is_there, read_text
 from tui.desk import Desk
-from tui.settings import MoveSettings
+from tui.keys.keyboard import Keyboard
 from tui.widgets import TypedText
 
 # The characters of a name or a number, never a space.
@@ -34,7 +28,7 @@ class AskedText:
         text: str,
         take: Callable[[str], None],
         *,
-        offered: bool = False,
+        offered: bool = True,
         means: Callable[[str], object] = check_name,
         wrong: str = "a letter first, then letters, digits, - _",
     ) -> None:
@@ -42,15 +36,20 @@ class AskedText:
 
         `means` raises `BadRequest` for a text without a meaning, and `wrong` says so at once.
         """
-        self.prompt = prompt
         self.take = take
         letters = LETTERS - {"."} if means is check_name else LETTERS
         self.line = TypedText(text, takes=letters.__contains__, offered=offered)
+        self._prompt = prompt
         self._means = means
         self._wrong = wrong
 
+    def shown(self, keys: Keyboard) -> str:
+        """Show the text as it is typed."""
+        enter, stop = keys.label("go"), keys.label("stop")
+        return f"{self._prompt}: {self.line.text}_{self._hint}\n{enter} takes it, {stop} drops it"
+
     @property
-    def hint(self) -> str:
+    def _hint(self) -> str:
         """What to say of the text as it stands: that it can be replaced, or what is wrong."""
         if self.line.offered:
             return "  (or type another)"
@@ -67,8 +66,6 @@ class PointSelection:
     def __init__(self, desk: Desk, changed: Callable[[], None]) -> None:
         """`changed` is called when something else is seen to be chosen."""
         self.points: Mapping[str, Point] = {}
-        self.naming: AskedText | None = None
-        """The text that is being typed."""
         self._chosen = ""
         self._desk = desk
         self._changed = changed
@@ -121,11 +118,6 @@ class PointSelection:
         self._chosen, self.points = name, points
         if before != (self.name, self.point):
             self._changed()
-
-    def ask(self, naming: AskedText) -> None:
-        """Ask for a text. Whatever else was begun is taken back."""
-        self._desk.disarm("a name is asked for")
-        self.naming = naming
 
 
 class TaughtProgram:
@@ -190,152 +182,3 @@ def _text_of(path: Path) -> str:
 
 def _in_one_line(lines: str) -> str:
     return " / ".join(lines.strip().splitlines())
-
-
-# Typed for an opening: as far as the fingers are open now.
-HERE = "here"
-
-
-class PointEdits:
-    """Changes of the chosen point, and lines of a program that go to it."""
-
-    def __init__(self, desk: Desk, selection: PointSelection, motion: MoveSettings) -> None:
-        self.program = TaughtProgram(desk)
-        self._desk = desk
-        self._selection = selection
-        self._motion = motion
-
-    def delete(self) -> None:
-        """Take the chosen row out of the file, after a second press."""
-        name, point = self._chosen("delete")
-        change = partial(self._desk.arm.points.remove, name, instead_of=point)
-        self._confirm("points-delete", f"deletes {name}", change, f"{name} is deleted")
-
-    def teach_again(self) -> None:
-        """Move the chosen point to where the arm stands, after a second press."""
-        name, _ = self._chosen("teach again")
-
-        def change() -> None:
-            self._require_standing()
-            self._desk.arm.points.teach(name, again=True)
-
-        message = f"{name} is saved again, where the arm stands"
-        self._confirm("points-again", f"moves {name} to where the arm stands", change, message)
-
-    def teach(self) -> None:
-        """Ask for the name of the place where the arm stands."""
-        free = self._selection.free_name()
-        self._selection.ask(AskedText("name of this place", free, self._teach, offered=True))
-
-    def rename(self) -> None:
-        """Ask for another name of the chosen point."""
-        name, _ = self._chosen("rename")
-        self._selection.ask(AskedText("new name", name, partial(self._rename, name)))
-
-    def append(self) -> None:
-        """Ask for the program that the chosen point is put at the end of."""
-        self._chosen("put into a program")
-        last = "taught" if self.program.path is None else self.program.path.stem
-        prompt = "program to put it at the end of"
-        self._selection.ask(AskedText(prompt, last, self._append, offered=True))
-
-    def append_fingers(self) -> None:
-        """Ask what the fingers do next in the program."""
-        self.program.require_name()  # refused before anything is asked
-        self._selection.ask(
-            AskedText(
-                "fingers: open, close, grasp, here, or mm",
-                "grasp",
-                self._append_fingers,
-                offered=True,
-                means=self._grip,
-                wrong="not an opening: type open, close, grasp, here, or mm",
-            )
-        )
-
-    def append_wait(self) -> None:
-        """Ask how long the program waits next."""
-        self.program.require_name()
-        asked = AskedText("seconds to wait", "1", self._append_wait, offered=True, means=number,
-                          wrong="not a time: type seconds")  # fmt: skip
-        self._selection.ask(asked)
-
-    def erase(self) -> str | None:
-        """Delete the last letter that was typed, or take back what was appended last."""
-        if self._selection.naming is None:
-            return self.program.take_back()
-        self._selection.naming.line.erase()
-        return None
-
-    def move_there(self) -> None:
-        """Ask for the chosen point on the move screen, to change it there."""
-        _, point = self._chosen("change")
-        self._desk.goal = point.joints
-        self._desk.screens.show("move")
-
-    def _chosen(self, what: str) -> tuple[str, Point]:
-        """Return the chosen point. Raises `BadRequest` where there is none to do this to."""
-        if self._selection.point is None:
-            raise BadRequest(f"there is no point to {what}")
-        return self._selection.name, self._selection.point
-
-    def _confirm(self, row: str, effect: str, change: Callable[[], object], message: str) -> None:
-        """Change the file and say so, after a second press."""
-
-        def act() -> None:
-            change()
-            self._desk.say(message)
-
-        self._desk.confirmation.press(effect, act, row=row)
-
-    def _require_standing(self) -> None:
-        """Raise `BadRequest` while the arm is somewhere on the way."""
-        link = self._desk.link
-        if not link.status.paused:
-            link.require_standing()
-
-    def _teach(self, name: str) -> None:
-        self._require_standing()
-        self._selection.naming = None
-        self._desk.arm.points.teach(name)
-        self._desk.say(f"{name} is saved, where the arm stands")
-        self._selection.choose(name)
-
-    def _rename(self, before: str, name: str) -> None:
-        self._selection.naming = None
-        self._desk.arm.points.rename(before, name)
-        self._desk.say(f"{before} is called {name} now")
-        self._selection.choose(name)
-
-    def _append(self, program: str) -> None:
-        point, motion = self._selection.name, self._motion
-        self._write(
-            check_name(program),
-            lambda lines: lines.go(point, line=motion.line, speed=motion.speed),
-        )
-
-    def _append_fingers(self, text: str) -> None:
-        grip = self._grip(text)
-        if isinstance(grip, float):
-            audit_opening(self._desk.arm.config, grip)
-        self._write(
-            self.program.require_name(), lambda lines: lines.fingers(grip, speed=self._motion.speed)
-        )
-
-    def _grip(self, text: str) -> str | float:
-        """Return what the fingers shall do. Raises `BadRequest`."""
-        if text != HERE:
-            return text if text in GRIPS else number(text)
-        opening_mm = self._desk.link.status.gripper_mm
-        if opening_mm is None:
-            raise BadRequest("the opening of the fingers is unknown: reference the arm")
-        return round(opening_mm, 1)
-
-    def _append_wait(self, text: str) -> None:
-        time_s = number(text)
-        self._write(self.program.require_name(), lambda lines: lines.delay(time_s))
-
-    def _write(self, program: str, write: Callable[[TaughtLines], None]) -> None:
-        done = self.program.append(program, write)
-        self._selection.naming = None  # only now: what was refused can still be corrected
-        self._desk.say(done)

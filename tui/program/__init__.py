@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import ClassVar
@@ -18,7 +19,7 @@ from armdrive.render.scene import Moment
 from armdrive.status import Status
 from kinematics.text import counted
 from tui.arm_view import SpaceView
-from tui.desk import Desk, DeskScreen
+from tui.desk import DeskScreen
 from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import PAUSE, STOP, Needs
 from tui.move.planned import going_text, progress_bar
@@ -32,22 +33,6 @@ WRONG = "$text-error"
 def file_name(path: Path, folder: Path) -> str:
     """Return the name of a file, with its folder if that is another one."""
     return path.name if path.parent == folder else str(path)
-
-
-def mistakes(error: str, path: Path) -> str:
-    """Return what is wrong with a program, without the name of its file in each line."""
-    return error.replace(f"{path}: ", "")
-
-
-def none_found(folder: Path) -> str:
-    """Say that there is no program, and how one is named."""
-    return f"no program (.arm) in {folder}: `armdrive jog --program FILE` names one"
-
-
-def checked_lines(keys: Keyboard) -> Iterator[Span]:
-    """Say what can be done with a program that was read and has no mistakes."""
-    yield "checked: no mistakes", "$text-success"
-    yield f"{keys.label('program-rehearse')} rehearses it: nothing moves", ""
 
 
 def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
@@ -115,88 +100,26 @@ PAGE = 8
 PRINTS_SHOWN = 4
 
 
-class ProgramStart:
-    """The way from a chosen program to its run: a rehearsal, then two presses of a key."""
-
-    def __init__(self, desk: Desk, files: ProgramFiles, run: DeskRun) -> None:
-        self.rehearsal = ProgramRehearsal(desk)
-        self._desk = desk
-        self._files = files
-        self._run = run
-
-    def forget(self) -> None:
-        """Forget the rehearsal and the last run: another program was chosen."""
-        self._desk.confirmation.forget()
-        self.rehearsal.forget()
-        self._run.forget()
-
-    def rehearse(self) -> None:
-        """Rehearse the chosen program from where the arm stands. Nothing moves."""
-        self._run.require_idle()
-        program = self._files.require_program()
-        self._desk.link.require_standing()
-        self._run.forget()
-        self.rehearsal.begin(program)
-
-    def press(self) -> None:
-        """Take one press of the two that run the program, or rehearse it first."""
-        try:
-            found = self._rehearsed()
-        except BadRequest:
-            self._desk.confirmation.refuse()  # it may still be held when there is something to run
-            raise
-        if found is not None:
-            self._desk.confirmation.press("RUNS IT", self._begin, row="program-go")
-            return
-        self._desk.confirmation.refuse()
-        self.rehearse()
-        self._desk.message = "it is rehearsed first; then pressed twice, this key runs it"
-
-    def _rehearsed(self) -> Rehearsal | None:
-        """Return the rehearsal by which the program can run now; None if it has to be rehearsed.
-
-        Raises `BadRequest` where it cannot run.
-        """
-        self._run.require_idle()
-        program, link = self._files.require_program(), self._desk.link
-        link.require(Needs.MOTORS)
-        link.require_standing()
-        if self.rehearsal.job.busy:
-            raise BadRequest("it is being rehearsed: wait until that is done")
-        found = self.rehearsal.fresh(program, link.status)
-        if found is not None and found.refusal is not None:
-            raise BadRequest(str(found.refusal))
-        return found
-
-    def _begin(self) -> None:
-        """Run the program as two presses have confirmed, unless something has changed."""
-        changed = BadRequest("the program or the arm has changed: rehearse it, and confirm again")
-        try:
-            found = self._rehearsed()
-        except BadRequest:
-            raise changed from None
-        if found is None or self._files.chosen is None:
-            raise changed
-        self.rehearsal.forget()  # what it found does not hold once the arm has moved
-        self._run.begin(self._files.chosen, self._files.require_program(), found)
-
-
 class ProgramScreen(DeskScreen):
     """The list, the lines of the chosen program, and what its run or rehearsal says."""
 
     place = "program"
+    go = "program-go"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
 
     def __init__(self) -> None:
         super().__init__()
         desk = self.desk
         self.run = DeskRun(desk)
-        self.files = ProgramFiles(desk, desk.programs, desk.program, self._another_is_shown)
-        self.start = ProgramStart(desk, self.files, self.run)
+        self.files = ProgramFiles(desk, desk.programs, desk.program, self._forget)
+        self.rehearsal = ProgramRehearsal(desk)
         self._top = 0
 
-    def _another_is_shown(self) -> None:
-        self.start.forget()
+    def _forget(self) -> None:
+        """Forget the rehearsal and the last run: another program is shown."""
+        self.desk.confirmation.forget()
+        self.rehearsal.forget()
+        self.run.forget()
         self._top = 0
 
     @property
@@ -276,24 +199,26 @@ class ProgramScreen(DeskScreen):
             )
             return
         if not self.files.paths:
-            yield none_found(self.files.folder), ""
+            folder = self.files.folder
+            yield f"no program (.arm) in {folder}: `armdrive jog --program FILE` names one", ""
         elif checked is None:
             yield "reading it ...", ""
         elif checked.program is None:
-            # not `spoken`: it quotes lines of the file
-            yield keys.presented(mistakes(checked.error, checked.path)), WRONG
+            # without the name of its file in each line; not `spoken`: it quotes lines of the file
+            yield keys.presented(checked.error.replace(f"{checked.path}: ", "")), WRONG
         else:
             if run.outcome:
                 file, failed = file_name(checked.path, self.files.folder), run.failed
                 yield from ended_lines(self.desk.spoken(run.outcome), file, failed=failed)
-            found = self.start.rehearsal.fresh(checked.program, status)
-            if self.start.rehearsal.job.busy:
-                yield from rehearsing_lines(self.start.rehearsal.far)
+            found = self.rehearsal.fresh(checked.program, status)
+            if self.rehearsal.job.busy:
+                yield from rehearsing_lines(self.rehearsal.far)
             elif found is not None:
                 again = self.desk.confirmation.again
                 yield from rehearsed_lines(found, keys, again, self.desk.spoken)
             elif not run.outcome:
-                yield from checked_lines(keys)
+                yield "checked: no mistakes", "$text-success"
+                yield f"{keys.label('program-rehearse')} rehearses it: nothing moves", ""
         if run.stepping:
             yield f"{keys.label('program-stepping')}: STEPPING, waits before each motion", ""
 
@@ -309,3 +234,51 @@ class ProgramScreen(DeskScreen):
         checked = self.files.checked
         last = 0 if checked is None else max(len(checked.lines) - PAGE, 0)
         self._top = min(max(self._top + by * PAGE, 0), last)
+
+    def action_rehearse(self) -> None:
+        """Rehearse the chosen program from where the arm stands. Nothing moves."""
+        self.run.require_idle()
+        program = self.files.require_program()
+        self.desk.link.require_standing()
+        self.run.forget()
+        self.rehearsal.begin(program)
+
+    def action_press_go(self) -> None:
+        """Take one press of the two that run the program, or rehearse it first."""
+        try:
+            rehearsed = self._rehearsed() is not None
+        except BadRequest:
+            self.desk.confirmation.refuse()  # it may still be held when there is something to run
+            raise
+        if rehearsed:
+            self.desk.confirmation.press("RUNS IT", self._begin, row="program-go")
+            return
+        self.desk.confirmation.refuse()
+        self.action_rehearse()
+        self.desk.message = "it is rehearsed first; then pressed twice, this key runs it"
+
+    def _rehearsed(self) -> Rehearsal | None:
+        """Return the rehearsal by which the program can run now; None if it has to be rehearsed.
+
+        Raises `BadRequest` where it cannot run.
+        """
+        self.run.require_idle()
+        program, link = self.files.require_program(), self.desk.link
+        link.require(Needs.MOTORS)
+        link.require_standing()
+        if self.rehearsal.job.busy:
+            raise BadRequest("it is being rehearsed: wait until that is done")
+        found = self.rehearsal.fresh(program, link.status)
+        if found is not None and found.refusal is not None:
+            raise BadRequest(str(found.refusal))
+        return found
+
+    def _begin(self) -> None:
+        """Run the program as two presses have confirmed, unless something has changed."""
+        found = None
+        with contextlib.suppress(BadRequest):
+            found = self._rehearsed()
+        if found is None or self.files.chosen is None:
+            raise BadRequest("the program or the arm has changed: rehearse it, and confirm again")
+        self.rehearsal.forget()  # what it found does not hold once the arm has moved
+        self.run.begin(self.files.chosen, self.files.require_program(), found)

@@ -126,6 +126,7 @@ class SetupScreen(DeskScreen):
     """Shows one stage, and hands keys on to it. Nothing here moves the arm but `t`."""
 
     place = "setup"
+    go = "setup-enter"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
 
     def __init__(self) -> None:
@@ -167,7 +168,7 @@ class SetupScreen(DeskScreen):
             with scrolled, Vertical(classes="panel") as panel:
                 panel.border_title = "Set up an arm"
                 yield PlainText(id="setup-head")
-                yield ChoiceList("mark", id="setup-rows")
+                yield ChoiceList("choose", id="setup-rows")
                 yield PlainText(id="setup-tail")
 
     def show_body(self, status: Status) -> None:
@@ -182,7 +183,7 @@ class SetupScreen(DeskScreen):
         rows.display = bool(text.rows)
         self.text("setup-tail").show(text.tail)
 
-    def action_mark(self, by: int) -> None:
+    def action_choose(self, by: int) -> None:
         """Mark another line, or scroll a text."""
         if not self.stage.mark(by):
             self.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)

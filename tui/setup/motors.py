@@ -14,7 +14,7 @@ from kinematics.text import counted
 from tui.app import Job
 from tui.desk import Desk
 from tui.keys.table import STOP, Needs
-from tui.setup.stages import ANSWERS, SKIP, Correction, Go, SetupStage, StageText
+from tui.setup.stages import ANSWERS, SKIP, Go, SetupStage, StageText, correction
 
 
 class MotorsStage(SetupStage):
@@ -131,7 +131,7 @@ class MotorsStage(SetupStage):
                 "and connect to an arm file"
             )
         proposal = propose(path, self.check.transmission, self.check.signs())
-        self.go(Correction(self.desk, self.go, self.before or self, proposal))
+        self.go(correction(self.before or self, proposal))
 
     # -- turning ------------------------------------------------------------------------------
 

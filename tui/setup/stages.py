@@ -5,12 +5,12 @@ Each stage is a list, a question, or a text; the screen shows one of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_path
 from armdrive.render.scene import Moment
@@ -20,7 +20,6 @@ from armdrive.setup.interview import Describing
 from armdrive.setup.ports import ClosedPort, closed_ports, look_at
 from armdrive.setup.survey import OPENING_RISK, Report
 from armdrive.storage.files import arm_files, require_writable
-from kinematics.errors import KinematicsError
 from tui.desk import Desk
 from tui.keys.table import STOP
 from tui.widgets import TypedText
@@ -119,133 +118,79 @@ class SetupStage:
         enter = self.desk.keys.label("setup-enter")
         return self.desk.confirmation.again or f"{enter}, twice: {what}"
 
-    def confirm(self, effect: str, act: Callable[[], object]) -> None:
-        """Take a press of the two that this needs."""
-        self.desk.confirmation.press(effect, act, row="setup-enter")
 
-
-def first_of(stage: SetupStage) -> SetupStage:
-    """Return the stage that all began with."""
-    while stage.before is not None:
-        stage = stage.before
-    return stage
-
-
-# The stages that write: a new arm file, or corrections of a present one.
-
-
-class NewFile(SetupStage):
-    """The file that the answers make; nothing stands on the disk yet."""
+class FileToWrite(SetupStage):
+    """What a new arm file would say, or the arm's own one instead; two presses write it."""
 
     def __init__(
-        self, desk: Desk, go: Go, before: InterviewAsking, files: ArmFiles, name: str
+        self,
+        desk: Desk,
+        go: Go,
+        before: SetupStage,
+        path: Path,
+        shown: str,
+        write: Callable[[], None] | None,
+        after: Sequence[str],
     ) -> None:
+        """`shown` is what is written, `write` is None for nothing; `after` is said afterwards."""
         super().__init__(desk, go, before)
-        self.files, self.name, self.asking = files, name, before
+        self.path, self.written = path, False
+        self._shown, self._write, self._after = shown, write, after
 
     def text(self) -> StageText:
-        """Show the file."""
-        path = arm_path(self.name)
-        return StageText("\n".join([self.twice(f"writes {path}"), "", self.files.shown]))
+        """Show what is to be written, or what comes next."""
+        if self.written:
+            return StageText("\n".join([f"written: {self.path}", "", *self._after]))
+        twice = [self.twice(f"writes {self.path}"), ""] if self._write is not None else []
+        return StageText("\n".join([*twice, self._shown]))
 
     def enter(self) -> None:
-        """Take a press."""
-        self.confirm(f"writes {arm_path(self.name)}", self._write)
+        """Take a press of the two; go back to the first step where nothing is left to write."""
+        if self._write is not None and not self.written:
+            self.desk.confirmation.press(f"writes {self.path}", self._do, row="setup-enter")
+            return
+        stage: SetupStage = self
+        while stage.before is not None:
+            stage = stage.before
+        self.go(stage)
 
-    def back(self) -> None:
-        """Go back to the last question."""
-        self.asking.describing.back()
-        super().back()
+    def _do(self) -> None:
+        if self._write is not None:
+            self._write()
+            self.written = True
 
-    def _write(self) -> None:
-        """Write it, unless a file of that name has been written meanwhile."""
-        path = arm_path(self.name)
+
+def new_file(stage: InterviewAsking, files: ArmFiles, name: str) -> FileToWrite:
+    """Return the stage of the file that the answers make; nothing stands on the disk yet."""
+    path, leave = arm_path(name), stage.desk.keys.label("quit")
+
+    def write_new() -> None:
         if path.exists():
             raise BadRequest(f"{path} already exists, and is not overwritten")
-        write(self.files, path)
-        self.go(Written(self.desk, self.go, first_of(self), path))
+        write(files, path)
+
+    after = (
+        f"This desk still has the arm it began with. Leave it ({leave}), then:",
+        f"  {command_line('config', 'check', path.stem)}",
+        "    (opens nothing)",
+        f"  {command_line('jog', '--arm', path.stem, '--setup')}",
+        "    (connects, moves nothing: reference it there, and check its motors)",
+    )
+    return FileToWrite(stage.desk, stage.go, stage, path, files.shown, write_new, after)
 
 
-class Closing(SetupStage):
-    """A stage after which the desk may be opened on an arm file; that takes two presses."""
-
-    path: Path
-
-    def reopening(self) -> list[str]:
-        """Say how the desk is opened on the file."""
-        return [
-            self.twice(f"leaves this arm, and opens the desk on {self.path.stem}"),
-            RISK,
-        ]
-
-    def enter(self) -> None:
-        """Take a press towards the other desk."""
-        self.confirm(f"opens the desk on {self.path.stem}", self._open)
-
-    def _open(self) -> None:
-        """Leave this arm, for a desk on the arm of the file."""
-        self.desk.opens = self.path
-        self.desk.action_leave()
+def correction(stage: SetupStage, proposal: FileProposal) -> FileToWrite:
+    """Return the stage of what the arm's own file should say instead, as a difference."""
+    path = proposal.path
+    lines = [*proposal.remarks, ""] if proposal.remarks else []
+    unchanged = (f"{path} is left as it is: nothing in it has to be changed.",)
+    lines += proposal.difference if proposal.differs else unchanged
+    after = ("It takes effect when the arm is next connected: check once more then.",)
+    change = proposal.write if proposal.differs else None
+    return FileToWrite(stage.desk, stage.go, stage, path, "\n".join(lines), change, after)
 
 
-class Written(Closing):
-    """A new file is written: what comes next."""
-
-    def __init__(self, desk: Desk, go: Go, before: SetupStage, path: Path) -> None:
-        super().__init__(desk, go, before)
-        self.path = path
-
-    def text(self) -> StageText:
-        """Say what comes next, from the safest on."""
-        name, leave = self.path.stem, self.desk.keys.label("quit")
-        lines = (
-            f"written: {self.path}",
-            "",
-            *self.reopening(),
-            "",
-            f"This desk still has the arm it began with. Or leave it ({leave}), then:",
-            f"  {command_line('config', 'check', name)}",
-            "    (opens nothing)",
-            f"  {command_line('jog', '--arm', name, '--setup')}",
-            "    (connects, moves nothing: reference it there, and check its motors)",
-        )
-        return StageText("\n".join(lines))
-
-
-class Correction(Closing):
-    """What the arm's own file should say instead, as a difference; two presses write it."""
-
-    def __init__(self, desk: Desk, go: Go, before: SetupStage, proposal: FileProposal) -> None:
-        super().__init__(desk, go, before)
-        self.proposal, self.path = proposal, proposal.path
-        self.written = False
-
-    def text(self) -> StageText:
-        """Show the difference and the remarks."""
-        proposal = self.proposal
-        lines = [*proposal.remarks, ""] if proposal.remarks else []
-        if self.written:
-            takes_up = "It takes effect when the arm is next connected"
-            lines += [f"written: {proposal.path}", f"{takes_up}: check once more then.", ""]
-            lines += self.reopening()
-        elif proposal.differs:
-            lines += [self.twice(f"writes {proposal.path}"), "", *proposal.difference]
-        else:
-            lines += [f"{proposal.path} is left as it is: nothing in it has to be changed."]
-        return StageText("\n".join(lines))
-
-    def enter(self) -> None:
-        """Take a press; go back where there is nothing to write."""
-        if self.written:
-            super().enter()
-        elif self.proposal.differs:
-            self.confirm(f"writes {self.path}", self._write)
-        else:
-            self.go(first_of(self))
-
-    def _write(self) -> None:
-        self.proposal.write()
-        self.written = True
+# The stages that lead to the answers.
 
 
 class Ports(SetupStage):
@@ -316,7 +261,8 @@ class Ports(SetupStage):
         elif not self.port:
             raise BadRequest("type a port first: /dev/ttyUSB0, COM3, socket://HOST:PORT, can:...")
         else:
-            self.confirm(f"opens {self.port}", self._begin_asking)
+            opens = f"opens {self.port}"
+            self.desk.confirmation.press(opens, self._begin_asking, row="setup-enter")
 
     def skip(self) -> None:
         """Describe the arm on this port, or on none yet."""
@@ -383,12 +329,12 @@ class InterviewAsking(SetupStage):
             self._show()
 
     def _show(self) -> None:
+        name = self.describing.name
         try:
             files = self.describing.files()
-        except (ArmError, KinematicsError):
-            self.describing.back()
-            raise
-        self.go(NewFile(self.desk, self.go, self, files, self.describing.name))
+        finally:
+            self.describing.back()  # to the last question: there the file can still be changed
+        self.go(new_file(self, files, name))
 
     def back(self) -> None:
         """Go back to the question before, or to where it began."""

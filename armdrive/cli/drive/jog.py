@@ -12,7 +12,7 @@ from armdrive.cli.chosen_arm import connect_chosen, enable_if_settled
 from armdrive.cli.holders import held_name
 from armdrive.cli.learn.models import find_subject
 from armdrive.cli.look.status import watch_on_screen
-from armdrive.cli.options import ARM_OPTIONS, names_arm
+from armdrive.cli.options import names_arm
 from armdrive.cli.presenter import Outcome, Result, require_screen, say
 from armdrive.cli.terminal_operator import confirm_simulated
 from armdrive.connect.target import DEFAULT_TARGET
@@ -20,7 +20,6 @@ from armdrive.errors import ArmInUse, BadRequest
 from armdrive.programs.language import ENDING
 from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
-from armdrive.storage import files as places
 from armdrive.storage.lock_client import is_held
 from armdrive.text.reading import read_text
 from kinematics.textbook.systems import MODEL_NAMES, system
@@ -40,12 +39,7 @@ def jog(options: argparse.Namespace) -> Outcome:
         return jog_model(options, keys)
     require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     first = "setup" if options.setup else "program" if options.program is not None else ""
-    end = _desk(options, keys, first, _hint(options, keys))
-    while end.opens is not None:  # the set-up screen wrote an arm file
-        options = _on_file(options, end.opens)
-        hint = f"this is {options.arm}: nothing moved; reference it, then check its motors"
-        end = _desk(options, keys, "setup", hint)
-    return end.code
+    return _desk(options, keys, first, _hint(options, keys))
 
 
 def _check_program(path: Path) -> None:
@@ -55,17 +49,17 @@ def _check_program(path: Path) -> None:
     read_text(path, "the program", BadRequest)
 
 
-def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> tui.DeskEnd:
+def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> int:
     """Connect the arm, and show its desk until the user leaves it."""
     # in real time, also for the simulated twin of an arm on a port
     try:
         arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
     except ArmInUse as error:
-        return tui.DeskEnd(_watch_instead(error, options))
+        return _watch_instead(error, options)
     with contextlib.closing(arm):
         confirm_simulated(arm)
         enable_if_settled(arm)
-        end = tui.run_desk(
+        code = tui.run_desk(
             arm,
             ascii_only=options.ascii,
             keys=keys,
@@ -74,16 +68,9 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
             program=None if options.program is None else options.program.absolute(),
         )
         last = arm.status
-    if last.error and last.state is State.DISCONNECTED and not end.code:
+    if last.error and last.state is State.DISCONNECTED and not code:
         say(f"the connection was lost when you left: {coded(last.error, last.error_code)}")
-    return end
-
-
-def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
-    """Return the same options with the arm of a file."""
-    named = path.stem if path.parent == places.arm_files() else str(path)
-    chosen = dict.fromkeys(ARM_OPTIONS) | {"arm": named, "fresh": False}
-    return argparse.Namespace(**vars(options) | chosen)
+    return code
 
 
 def _hint(options: argparse.Namespace, keys: Keyboard) -> str:

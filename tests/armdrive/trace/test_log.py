@@ -356,7 +356,7 @@ CALLS = [
     ("hold", (Jog.joint(shoulder=1),), {"speed": 0.25}, "hold shoulder +1, speed 0.25"),
     ("nudge", (Jog.cartesian(z=-2, frame="tool"),), {}, "nudge z -2 in the tool frame"),
     ("start", (GripperMove(30.0),), {"stops": 3},
-     "start gripper move: opening 30 mm, speed 1, stops 3"),
+     "start gripper move: opening 30 mm, speed 1"),
     ("move_to", (TIPS,), {"wait": False}, f"move_to {TIPS}, wait no"),
     ("move_path", ([LinePart(TIPS)],), {}, f"move_path line part: goal {TIPS}, blend 0 mm"),
     ("move_j", ({"shoulder_deg": 40},), {"frame": None}, "move_j shoulder 40 deg"),

@@ -27,7 +27,7 @@ from tui.settings import JogSettings
 def held():
     """A hand with its arm and clock, holding the button of the shoulder."""
     arm, clock, said = FakeArm(), Clock(), []
-    hand = DeskJogging(arm, clock=clock, say=said.append, settings=JogSettings)
+    hand = DeskJogging(arm, clock=clock, say=said.append, settings=JogSettings())
     clock.now_s += 10.0
     assert hand.arm_keys()
     clock.now_s += 10.0
@@ -83,7 +83,7 @@ def test_a_stop_by_another_program_ends_what_is_held_and_disarms(held):
 def test_a_key_that_repeats_after_a_stop_by_another_program_moves_nothing():
     """Also before the desk has looked at the arm again."""
     arm, clock, said = FakeArm(), Clock(), []
-    hand = DeskJogging(arm, clock=clock, say=said.append, settings=JogSettings)
+    hand = DeskJogging(arm, clock=clock, say=said.append, settings=JogSettings())
     clock.now_s += 10.0
     hand.arm_keys()
     clock.now_s += 10.0
@@ -129,7 +129,7 @@ def test_disarming_other_settings_and_a_key_let_go_of_the_button(held, end):
 
 def test_a_button_moves_nothing_until_the_keys_are_armed():
     arm, said = FakeArm(), []
-    hand = DeskJogging(arm, clock=Clock(), say=said.append, settings=JogSettings)
+    hand = DeskJogging(arm, clock=Clock(), say=said.append, settings=JogSettings())
     hand.push("w")
     assert arm.calls == []
     assert said == ["jog keys move nothing before they are armed"]

@@ -10,6 +10,7 @@ from desk_fake import END, MODEL, FakeArm, FakeHolder, busy_arm
 from desk_planner import CONFIG, PlannerArm
 from desk_session import AGAIN_S, AppSession, Session
 from textual import events
+from textual.actions import parse
 from textual.drivers.headless_driver import HeadlessDriver
 
 from armdrive.errors import BadRequest
@@ -18,10 +19,9 @@ from armdrive.moves import Jog
 from armdrive.status import State, status_view
 from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.systems import system
-from tui.app import action_call
 from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, keyboard_of, label
 from tui.keys.layouts import LAYOUTS
-from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, UrgentKeys
+from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, Freshness
 from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
 from tui.model_desk import ModelDesk, model_keys
 from tui.terminal import lasting_driver
@@ -80,10 +80,14 @@ def noting(app):
     done = []
 
     async def note(action, default_namespace=None, namespaces=None):
-        name = str(action).removeprefix("app.")
-        holder = app if str(action).startswith("app.") else default_namespace or app
-        assert action_call(name, holder), f"nothing does {action}"
-        done.append(str(action).removeprefix("app."))
+        part, name, _ = parse(action)
+        holder = app if part == "app" else default_namespace or app
+        if part not in ("", "app"):
+            holder = getattr(holder, part)
+        else:
+            name = f"action_{name}"
+        assert callable(getattr(holder, name, None)), f"nothing does {action}"
+        done.append(str(action))
         return True
 
     app.run_action = note
@@ -91,7 +95,7 @@ def noting(app):
     return done
 
 
-DEEDS = {row.action for row in TABLE}
+DEEDS = {action for row in TABLE for *_, action in row.bound}
 DIALOGS = tuple(OPENED_BY)
 PLACES = sorted({place for row in TABLE for place in row.places.split()})
 
@@ -102,7 +106,7 @@ async def test_every_key_of_the_table_leads_to_the_deed_of_its_row(name):
     async with place(name) as (app, pilot, rows):
         done = noting(app)
         wanted = [
-            (row.id, key, row.action.removeprefix("app.")) for row in rows for key in row.keys
+            (name, key, action) for row in rows for name, keys, action in row.bound for key in keys
         ]
         assert wanted
         found = []
@@ -112,8 +116,8 @@ async def test_every_key_of_the_table_leads_to_the_deed_of_its_row(name):
             found.append((each, key, " ".join(done)))
         assert found == wanted
         if name in DIALOGS:
-            taken = {key for row in rows for key in row.keys}
-            others = [key for row in TABLE for key in row.keys if key not in taken]
+            taken = {key for row in rows for key in row.all_keys}
+            others = [key for row in TABLE for key in row.all_keys if key not in taken]
             assert others
             done.clear()
             for key in dict.fromkeys(others):
@@ -135,14 +139,14 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
         for line in lines:
             await session.press("f2", *line.split())
             await session.settle()
-            where = session.desk.screens.current.place
+            where = session.desk.current.place
             session.arm.calls.clear()
             await session.press("space")
             await session.settle()
             asked = [call for call in session.arm.calls if call != ("release",)]
             assert asked == [("stop",)], line
             assert len(session.desk.screen_stack) == 1, line
-            assert session.desk.screens.current.place == where, line
+            assert session.desk.current.place == where, line
             assert "STOP requested" in session.text("messages"), line
 
 
@@ -161,14 +165,13 @@ def test_no_key_does_two_things_at_one_place(place):
 
 
 def test_nothing_anywhere_takes_a_key_that_works_everywhere():
-    everywhere = {key for row in TABLE if row.everywhere for key in row.keys}
-    assert not everywhere & {key for row in TABLE if not row.everywhere for key in row.keys}
+    everywhere = {key for row in TABLE if row.everywhere for key in row.all_keys}
+    assert not everywhere & {key for row in TABLE if not row.everywhere for key in row.all_keys}
 
 
-def test_every_row_becomes_one_binding_that_says_what_it_does():
-    made = {binding.id: binding for place in ALL_PLACES for binding in bindings(place)}
-    assert sorted(made) == sorted(row.id for row in TABLE)
-    assert all(binding.tooltip for binding in made.values())
+def test_every_row_becomes_bindings():
+    made = {binding.id for place in ALL_PLACES for binding in bindings(place)}
+    assert sorted(made) == sorted(name for row in TABLE for name, *_ in row.bound)
 
 
 def test_stopping_and_quitting_work_everywhere():
@@ -273,26 +276,6 @@ def test_enough_presses_of_one_key_are_done_once(steps, done, effect):
     assert confirmation.effect == effect
 
 
-class Part:
-    def mark(self, by):
-        return f"marked {by}"
-
-
-class Node:
-    steps = Part()
-
-    def action_leave(self):
-        return "left"
-
-
-def test_an_action_is_a_method_of_a_node_or_of_one_of_its_parts():
-    node = Node()
-    assert action_call("leave", node)() == "left"
-    assert action_call("steps.mark(-1)", node)() == "marked -1"
-    for nothing in ("mark(1)", "steps.leave", "stages.mark(1)", "steps.action_leave"):
-        assert action_call(nothing, node) is None
-
-
 # A stop acts in the thread that reads the keys; what was typed before it has no effect.
 
 SPACE = ("space", " ")
@@ -315,7 +298,7 @@ async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_
         assert session.arm.calls == [("stop",)]
         await session.pilot.pause()
         assert not {"nudge", "hold"} & {call[0] for call in session.arm.calls}
-        assert not session.desk.screens.current.armed, "the app does the rest of the stop"
+        assert not session.desk.current.armed, "the app does the rest of the stop"
         assert "STOP" in session.desk.message
         await session.arm_keys()  # keys behind it count again
         read(session, "w", "w")
@@ -326,17 +309,13 @@ async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_
 
 
 def test_only_keys_that_were_typed_before_a_stop_are_overtaken():
-    urgent, stopped = UrgentKeys(), []
+    fresh = Freshness()
     keys = [events.Key(*key) for key in (("w", "w"), SPACE, ("q", "q"), SPACE, ("e", "e"))]
-    acts = {"space": lambda: stopped.append(1)}
-    urgent.read(keys[0], acts)
-    assert not stopped
-    assert not any(map(urgent.overtook, keys))
-    urgent.read(keys[1], acts)
-    assert [urgent.overtook(key) for key in keys] == [True, False, False, False, False]
-    urgent.read(keys[3], acts)
-    assert [urgent.overtook(key) for key in keys] == [True, True, True, False, False]
-    assert len(stopped) == 2
+    assert not any(map(fresh.overtaken, keys))
+    fresh.acted(keys[1].time)
+    assert [fresh.overtaken(key) for key in keys] == [True, False, False, False, False]
+    fresh.acted(keys[3].time)
+    assert [fresh.overtaken(key) for key in keys] == [True, True, True, False, False]
 
 
 # Other keyboards, and that the desk then hears their keys.
@@ -357,7 +336,7 @@ def test_qwerty_is_the_table_and_so_is_a_layout_that_was_never_known():
 def test_no_key_of_a_layout_does_two_things_at_one_place(layout):
     keyboard = keyboard_of(layout)
     for place in ALL_PLACES:
-        keys = [key for row in keyboard.rows if _counts_at(row, place) for key in row.keys]
+        keys = [key for row in keyboard.rows if _counts_at(row, place) for key in row.all_keys]
         assert len(keys) == len(set(keys)), place
 
 
@@ -385,9 +364,9 @@ async def test_every_jog_key_of_every_layout_moves_its_own_axis(layout):
     keyboard = keyboard_of(layout)
     async with Session(keys=keyboard) as session:
         await session.arm_keys()
-        ids = [f"axis-{row}-{way}" for row in range(1, 7) for way in ("plus", "minus")]
-        for name in ids:
-            await session.tap(keyboard.of(name)[0], after_s=3.0)
+        for number in range(1, 7):
+            row = keyboard.row(f"axis-{number}")
+            await session.tap(*row.keys, *row.back, after_s=3.0)
         wanted = [Jog.joint(**{p.joint: s}) for p in JOG_PAIRS[:6] for s in (2.0, -2.0)]
         assert [call[1] for call in session.arm.asked("nudge")] == wanted
 

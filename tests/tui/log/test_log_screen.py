@@ -11,7 +11,7 @@ from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.keys.table import LOG_KEYS
-from tui.log import PORTION, Window, catalogue_text, cut, log_row, whole_line
+from tui.log import PORTION, catalogue_text, cut, in_sight, index_of, log_row, whole_line
 from tui.widgets import PlainText
 
 
@@ -78,7 +78,7 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
         poll_at_rest(arm, "420 370")
         await session.poll()
         assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
-        assert session.screen.log_view.book.total == 92
+        assert session.screen.book.total == 92
         for number in range(6):
             poll_at_rest(arm, f"{number} 370")
         await session.poll()
@@ -106,7 +106,7 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
         for _ in range(2000 // PORTION + 1):
             await session.poll()
         assert session.rows[-1].endswith("number 2799")
-        assert session.screen.log_view.book.total == 2000
+        assert session.screen.book.total == 2000
         await session.press("home")
         assert "number 800" in session.rows[0]
 
@@ -257,7 +257,7 @@ async def test_no_key_of_the_log_moves_the_arm():
     async with LogSession() as session:
         for each in LOG_KEYS:
             await session.press(each.keys[0])
-            session.desk.dialogs.close_all()
+            session.desk.close_dialogs()
         assert {call[0] for call in session.arm.calls} <= {"release"}
 
 
@@ -315,25 +315,13 @@ def test_a_whole_line_keeps_everything():
     assert max(map(len, text.splitlines())) <= 60
 
 
-def test_a_window_keeps_the_chosen_line_in_sight_whatever_comes_and_goes():
+def test_the_chosen_line_is_in_sight_whatever_comes_and_goes():
     lines = [line(number) for number in range(100)]
-    window = Window()
-    assert [each.number for each in window.visible(lines, 10)] == list(range(90, 100))
-    window.go(lines, -20)
-    seen = window.visible(lines, 10)
-    assert window.line(lines).number == 79
-    assert window.line(lines) in seen
-    assert window.visible([*lines, line(100)], 10) == seen
-    gone = lines[85:]
-    assert window.line(gone).number == 85
-    assert window.visible(gone, 10)[0].number == 85
-    window.go(gone, 100)
-    assert window.chosen is None
-    window.go(gone, 1)
-    assert window.chosen is None
-    assert list(window.visible([], 10)) == []
-    for height in (0, -1):  # before the screen is laid out
-        assert list(window.visible(lines, height)) == []
+    assert index_of(lines, None) == 99
+    assert in_sight(lines, 99, 10) == lines[90:]
+    assert in_sight(lines, 79, 10) == in_sight([*lines, line(100)], 79, 10) == lines[70:80]
+    assert index_of(lines[85:], 79) == 0, "it was dropped"
+    assert in_sight([], -1, 10) == in_sight(lines, 3, 0) == []
 
 
 def test_the_catalogue_fits_its_room_wherever_it_is():

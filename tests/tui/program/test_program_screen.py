@@ -239,7 +239,7 @@ async def test_nothing_runs_on_an_arm_that_is_not_ready(arm, tmp_path):
         await session.press("enter")
         assert "wait until it stands" in session.text("messages")
         await session.keys("m r")
-        assert not session.screen.start.rehearsal.job.busy, "the arm will be elsewhere"
+        assert not session.screen.rehearsal.job.busy, "the arm will be elsewhere"
         assert "wait until it stands" in session.text("messages")
         session.desk.link.status = arm.status
         await session.press("enter", "enter", after_s=0.03)
@@ -348,7 +348,7 @@ async def left_and_back(session, how, run, ends):
         await done
     ends()
     await session.until(lambda: not run.busy)
-    session.desk.dialogs.close_all()
+    session.desk.close_dialogs()
     await session.keys("f8")
 
 

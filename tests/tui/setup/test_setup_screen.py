@@ -23,7 +23,7 @@ from armdrive.storage.files import StateFiles
 from tui.setup import Steps
 from tui.setup import stages as setup_new
 from tui.setup.motors import MotorsStage
-from tui.setup.stages import Correction, InterviewAsking, NewFile, Ports, Written
+from tui.setup.stages import FileToWrite, InterviewAsking, Ports
 
 pytestmark = pytest.mark.usefixtures("own_home")
 
@@ -157,10 +157,10 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         await session.keys("'lab3 enter")
         assert session.stage.describing.line == "robko01"  # the template of what was found
         for _ in range(200):
-            if isinstance(session.stage, NewFile):
+            if isinstance(session.stage, FileToWrite):
                 break
             await session.press("enter")
-        assert isinstance(session.stage, NewFile)
+        assert isinstance(session.stage, FileToWrite)
         assert 'port = "/dev/arm"' in session.words
         path = places.arm_files() / "lab3.toml"
         await session.press("enter")
@@ -169,39 +169,9 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         await session.press("enter", after_s=AGAIN_S)
         session.clock.now_s += 0.5
         await session.settle()
-        assert isinstance(session.stage, Written)
+        assert session.stage.written
         assert load_arm(path).connection.dialect == "robko01"
         assert session.simulated.asked == []
-
-
-async def new_file(session):
-    """Answer every question of a new file, and write it."""
-    await session.choose("2 describe")
-    await session.keys("'lab3")
-    for _ in range(200):
-        await session.press("enter")
-        if isinstance(session.stage, NewFile):
-            break
-    await session.twice("enter")
-
-
-async def test_the_desk_is_left_for_the_arm_of_the_new_file_by_two_presses():
-    async with SetupSession() as session:
-        await new_file(session)
-        assert isinstance(session.stage, Written)
-        assert "enter, twice: leaves this arm, and opens the desk on lab3" in session.words
-        assert "a raised arm sags" in session.words
-        await session.press("enter")
-        session.clock.now_s += 2.0
-        await session.settle()
-        assert session.desk.opens is None, "one press opens nothing"
-        assert session.desk.is_running
-        await session.press("enter")
-        session.clock.now_s += 0.5
-        session.desk.poll()
-    assert session.desk.opens == places.arm_files() / "lab3.toml"
-    assert session.desk.return_value == 0
-    assert session.simulated.arm.stops > 0
 
 
 async def test_a_port_that_cannot_be_opened_is_said_and_can_be_described_all_the_same(monkeypatch):
@@ -354,7 +324,7 @@ async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_differ
         assert session.simulated.turned == [0] * 6
         assert "counts the other way: elbow" in session.words
         await session.press("enter")
-        assert isinstance(session.stage, Correction)
+        assert isinstance(session.stage, FileToWrite)
         assert "+elbow = -1" in session.words
         assert "unclear: shoulder" in session.words
         assert path.read_text(encoding="utf-8") == FILE
@@ -425,7 +395,7 @@ async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
 async def test_the_first_letter_of_a_paste_that_nothing_marks_turns_no_motor():
     async with SetupSession() as session:
         await session.choose("4 check")
-        session.desk.input.person_s = math.inf  # all comes at once
+        session.desk.input.fresh.person_s = math.inf  # all comes at once
         for letters in ("tw", "tt", "ty", "twy"):
             await session.press(*letters)
             for _ in range(2):

@@ -28,7 +28,7 @@ def desk(monkeypatch, _terminal):
     def run_desk(arm, *, first, hint, **more):
         shown.append(arm)
         shown.append((first, hint))
-        return tui.DeskEnd()
+        return 0
 
     monkeypatch.setattr(tui, "run_desk", run_desk)
 
@@ -52,23 +52,6 @@ def test_the_desk_begins_where_it_is_asked_to_and_offers_the_set_up(call, desk, 
     path.write_text("home\n")
     call("jog", "--sim", "teachmover", "--program", str(path), code=0)
     assert desk[7][0] == "program"
-
-
-def test_a_desk_is_opened_on_the_arm_that_was_described_at_the_one_before(call, desk, monkeypatch):
-    seen = []
-
-    def run_desk(arm, *, first, hint, **more):
-        seen.append((arm.status.arm, first))
-        assert all(each.status.state.value == "disconnected" for each in arms), "left behind"
-        arms.append(arm)
-        path = write_bench()
-        return tui.DeskEnd(3, path if len(seen) == 1 else None)
-
-    arms = []
-    monkeypatch.setattr(tui, "run_desk", run_desk)
-    call("jog", "--sim", "robko01", code=3)
-    assert [first for _, first in seen] == ["", "setup"]
-    assert seen[1][0] == "bench"
 
 
 @pytest.fixture
@@ -119,7 +102,7 @@ def test_no_desk_is_opened_where_the_framework_would_draw_nothing(
 def test_the_keys_are_listed_without_opening_anything(call, desk):
     listed = call("jog", "--show-keys", "--keys", "azerty", "--json", code=0).out
     rows = {row["id"]: row for row in json.loads(listed)["keys"]}
-    assert rows["axis-1-plus"]["keys"] == ["a"]
+    assert rows["axis-1"]["keys"] == ["q", "a"]
     assert rows["stop"]["keys"][0] == "space"
     assert "space" in call("jog", "--show-keys", code=0).out
     assert desk == []
