@@ -34,7 +34,6 @@ from firmware_protocol.grbl.codes import AlarmCode as AlarmCode
 from firmware_protocol.grbl.codes import ErrorCode as ErrorCode
 from firmware_protocol.grbl.codes import alarm_code as alarm_code
 from firmware_protocol.grbl.codes import error_code as error_code
-from firmware_protocol.grbl.commands import GRBLHAL_ONLY as GRBLHAL_ONLY
 from firmware_protocol.grbl.commands import Command as Command
 from firmware_protocol.grbl.commands import Home as Home
 from firmware_protocol.grbl.commands import Line as Line
@@ -42,14 +41,12 @@ from firmware_protocol.grbl.commands import Realtime as Realtime
 from firmware_protocol.grbl.commands import SetSetting as SetSetting
 from firmware_protocol.grbl.commands import SystemCommand as SystemCommand
 from firmware_protocol.grbl.commands import pieces as pieces
-from firmware_protocol.grbl.commands import split_realtime as split_realtime
 from firmware_protocol.grbl.device import Content as Content
 from firmware_protocol.grbl.device import Device as Device
 from firmware_protocol.grbl.device import Empty as Empty
 from firmware_protocol.grbl.device import LineReader as LineReader
 from firmware_protocol.grbl.device import LineReceived as LineReceived
 from firmware_protocol.grbl.device import Rejected as Rejected
-from firmware_protocol.grbl.device import Unusable as Unusable
 from firmware_protocol.grbl.device import parse_line as parse_line
 from firmware_protocol.grbl.dialect import AXIS_LETTERS as AXIS_LETTERS
 from firmware_protocol.grbl.dialect import FLUIDNC as FLUIDNC
@@ -70,4 +67,3 @@ from firmware_protocol.grbl.host import Event as Event
 from firmware_protocol.grbl.host import Host as Host
 from firmware_protocol.grbl.host import Refused as Refused
 from firmware_protocol.grbl.host import Restarted as Restarted
-from firmware_protocol.grbl.host import StatusReported as StatusReported

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from enum import StrEnum
-from typing import Any, ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.fields import each, message, optional, row_of, whole_from
@@ -95,12 +95,6 @@ class Setting:
 
     key: int | str
     value: str
-
-    def __post_init__(self) -> None:
-        if self.key == "" or (isinstance(self.key, str) and self.key.isdigit()):
-            raise BadField("key", self.key, "a number, or a name that is none")
-        if self.value.strip() != self.value:
-            raise BadField("value", self.value, "text without spaces around it")
 
     line = Template("${key}={value}")
 
@@ -187,49 +181,44 @@ def _state(field: str, value: object) -> State | str:
 
 
 _COUNT = whole_from(0, COUNT_MAX)
-_PLACE = optional(coordinates)
 _PART = within("|<>")
 
 
 @message(
     state=_state,
     sub_state=optional(whole_from(0, 999)),
-    machine_position=_PLACE,
-    work_position=_PLACE,
+    machine_position=optional(coordinates),
     free_blocks=optional(_COUNT),
     free_bytes=optional(_COUNT),
     feed=optional(number),
     speed=optional(number),
     pins=optional(_PART),
-    work_offset=_PLACE,
     overrides=optional(row_of(_COUNT, 3, "three numbers")),
     accessories=optional(_PART),
     others=each(_PART),
 )
 class StatusReport:
-    """One report as it stands on the wire: machine position or work position, never both.
+    """One report as it stands on the wire. Raises `BadField`.
 
-    Positions are in the machine's unit, in the order of its axes. `work_offset`, `overrides`
-    (feed, rapid, spindle in per cent) and `accessories` appear now and then. Raises `BadField`.
+    Positions are in the machine's unit, in the order of its axes; a board that reports the work's
+    instead ($10) gives none. `free_blocks` and `free_bytes` come together, and so do `feed` and
+    `speed`. `overrides` (feed, rapid, spindle in per cent) and `accessories` appear now and then.
+    `others` are the remaining fields.
     """
 
     state: State | str
     sub_state: int | None = None
     machine_position: tuple[float, ...] | None = None
-    work_position: tuple[float, ...] | None = None
     free_blocks: int | None = None
     free_bytes: int | None = None
     feed: float | None = None
     speed: float | None = None
     pins: str | None = None
-    work_offset: tuple[float, ...] | None = None
     overrides: tuple[int, ...] | None = None
     accessories: str | None = None
     others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if (self.machine_position is None) == (self.work_position is None):
-            raise BadField("machine_position", self.machine_position, "given, or else the work's")
         if any(other.partition(":")[0] in _FIELDS or not other for other in self.others):
             raise BadField("others", self.others, "fields that have no place of their own")
 
@@ -237,9 +226,12 @@ class StatusReport:
     def line(self) -> str:
         """The line without its end."""
         sub = "" if self.sub_state is None else f":{self.sub_state}"
-        texts = ((name, field.text(self)) for name, field in _FIELDS.items())
-        fields = [f"{name}:{text}" for name, text in texts if text is not None]
-        return f"<{'|'.join([f'{self.state}{sub}', *fields, *self.others])}>"
+        parts = [f"{self.state}{sub}"]
+        for name, (attributes, _) in _FIELDS.items():
+            values = [getattr(self, attribute) for attribute in attributes]
+            if None not in values:
+                parts.append(f"{name}:{','.join(map(written, values))}")
+        return f"<{'|'.join([*parts, *self.others])}>"
 
 
 def decimals(text: str) -> tuple[float, ...]:
@@ -250,59 +242,27 @@ def decimals(text: str) -> tuple[float, ...]:
     return tuple(float(part) for part in parts)
 
 
-def wholes(text: str, count: int) -> tuple[int, ...]:
-    """Read a given number of whole numbers between commas; raises `RemoteProtocolError`."""
+def wholes(text: str) -> tuple[int, ...]:
+    """Read whole numbers between commas; raises `RemoteProtocolError`."""
     parts = text.split(",")
-    if len(parts) != count or not all(_WHOLE.fullmatch(part) for part in parts):
-        raise RemoteProtocolError(f"'{text[:48]}' is not {count} whole numbers")
+    if not all(_WHOLE.fullmatch(part) for part in parts):
+        raise RemoteProtocolError(f"'{text[:48]}' are no whole numbers")
     return tuple(int(part) for part in parts)
 
 
-@message()
-class ReportField:
-    """A field of a report: the attributes that it fills, and how their values are read.
-
-    It is written only if the number of known attributes is in `counts`.
-    """
-
-    attributes: tuple[str, ...]
-    read: Callable[[str], tuple[object, ...]]
-    counts: range = range(1, 2)
-    called: str = ""
-    write: Callable[[Any], str] = written
-
-    def text(self, report: StatusReport) -> str | None:
-        """Return this field of a report as text; None if the report leaves it out."""
-        if getattr(report, self.attributes[0]) is None:  # as most of them are, in most reports
-            return None
-        values = [getattr(report, name) for name in self.attributes]
-        known = [value for value in values if value is not None]
-        return ",".join(map(self.write, known)) if len(known) in self.counts else None
-
-    def values(self, text: str) -> dict[str, object]:
-        """Read the attributes from a text; raises `RemoteProtocolError`."""
-        found = self.read(text)
-        if len(found) not in self.counts:
-            raise RemoteProtocolError(f"'{text[:48]}' is not {self.called}")
-        return dict(zip(self.attributes, found, strict=False))
+def _whole(text: str) -> tuple[str]:
+    return (text,)
 
 
-# The fields by their names, in the order in which they are written.
-_FIELDS: dict[str, ReportField] = {
-    "MPos": ReportField(("machine_position",), lambda text: (decimals(text),)),
-    "WPos": ReportField(("work_position",), lambda text: (decimals(text),)),
-    "Bf": ReportField(("free_blocks", "free_bytes"), lambda text: wholes(text, 2), range(2, 3)),
-    "F": ReportField(("feed", "speed"), decimals, range(1, 2), "one feed"),
-    # grblHAL may add the actual speed, which is not kept
-    "FS": ReportField(("feed", "speed"), decimals, range(2, 4), "a feed and a speed"),
-    "Pn": ReportField(("pins",), lambda text: (text,)),
-    "WCO": ReportField(("work_offset",), lambda text: (decimals(text),)),
-    "Ov": ReportField(
-        ("overrides",),
-        lambda text: (wholes(text, 3),),
-        write=lambda values: ",".join(map(str, values)),
-    ),
-    "A": ReportField(("accessories",), lambda text: (text,)),
+# What a field holds, and how it is read, by its name; in the order in which they are written.
+# grblHAL may add the actual speed to `FS`, which is not kept.
+_FIELDS: dict[str, tuple[tuple[str, ...], Callable[[str], tuple[object, ...]]]] = {
+    "MPos": (("machine_position",), lambda text: (decimals(text),)),
+    "Bf": (("free_blocks", "free_bytes"), wholes),
+    "FS": (("feed", "speed"), lambda text: decimals(text)[:2]),
+    "Pn": (("pins",), _whole),
+    "Ov": (("overrides",), lambda text: (wholes(text),)),
+    "A": (("accessories",), _whole),
 }
 
 
@@ -318,12 +278,14 @@ def read_status(line: str) -> StatusReport:
     others: list[str] = []
     for part in parts:
         name, colon, text = part.partition(":")
-        field = _FIELDS.get(name) if colon else None
-        read = {} if field is None else field.values(text)
-        if read.keys() & found.keys():
-            raise RemoteProtocolError(f"a status report has {name} twice")
-        found |= read
-        others += [] if field else [part]
+        if not colon or name not in _FIELDS:
+            others.append(part)
+            continue
+        attributes, read = _FIELDS[name]
+        values = read(text)
+        if len(values) != len(attributes) or attributes[0] in found:
+            raise RemoteProtocolError(f"a status report has '{part[:48]}'")
+        found.update(zip(attributes, values, strict=True))
     try:
         return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
     except LocalProtocolError as error:  # the board chose the values
@@ -336,14 +298,7 @@ Info: TypeAlias = Setting | Feedback | Version | BuildInfo | AxesInfo | Remark
 
 @message()
 class WordedError:
-    """A refusal in words instead of a number, from older or verbose firmware."""
-
-    text: str
-
-
-@message()
-class WordedAlarm:
-    """An alarm in words instead of a number."""
+    """A refusal in words instead of a number: FluidNC's, if it is told to be verbose."""
 
     text: str
 
@@ -351,7 +306,7 @@ class WordedAlarm:
 # What a device sends.
 Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Setting | Feedback | Remark
 # What a host reads.
-HostMessage: TypeAlias = Answer | Version | BuildInfo | AxesInfo | WordedError | WordedAlarm
+HostMessage: TypeAlias = Answer | Version | BuildInfo | AxesInfo | WordedError
 
 END = b"\r\n"
 # Bytes that are ignored at either end of a line.
@@ -395,20 +350,18 @@ def _ok(text: str) -> Ok:
 def _error(text: str) -> Error | WordedError:
     rest = text.partition(":")[2]
     code = _CODE.fullmatch(rest)
-    return Error(int(code[1])) if code else WordedError(_words(rest))
-
-
-def _alarm(text: str) -> Alarm | WordedAlarm:
-    rest = text.partition(":")[2]
-    code = _CODE.fullmatch(rest)
-    return Alarm(int(code[1])) if code else WordedAlarm(_words(rest))
-
-
-def _words(rest: str) -> str:
-    """Return a message in words; damaged digits are no words."""
-    if not re.search("[A-Za-z]{2}", rest):
+    if code:
+        return Error(int(code[1]))
+    if not re.search("[A-Za-z]{2}", rest):  # damaged digits are no words
         raise RemoteProtocolError(f"'{rest[:16]}' is no code")
-    return rest.strip()
+    return WordedError(rest.strip())
+
+
+def _alarm(text: str) -> Alarm:
+    code = _CODE.fullmatch(text.partition(":")[2])
+    if code is None:
+        raise RemoteProtocolError(f"'{text[:16]}' is no alarm")
+    return Alarm(int(code[1]))
 
 
 def _banner(text: str) -> Banner:

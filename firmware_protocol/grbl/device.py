@@ -24,79 +24,46 @@ from firmware_protocol.grbl.gcode import Block, GcodeError, parse_block
 # FluidNC also drops a closing bracket that ends no comment (GCode.cpp, collapseGCode: observed).
 # Source: gnea/grbl grbl/protocol.c. CR and LF each end a line, and an empty line is a line.
 
-_CR, _LF, _SPACE = 0x0D, 0x0A, 0x20
-
-
-@message()
-class Unusable:
-    """A line that cannot be executed, with the reason. Its error is `Dialect.overlong`."""
-
-    start: str
-    reason: str
+_LINE_ENDS, _SPACE = b"\r\n", 0x20
 
 
 class LineReader:
     """Splits bytes without real-time commands into lines, in any chunks.
 
-    It keeps at most `max_line` characters of a line.
+    It keeps at most `max_line` characters of a line, and one more of a line that is too long.
     """
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
-        self._max_line = dialect.max_line
-        self._named_settings = dialect.named_settings
-        self._drops_brackets = dialect.drops_brackets
-        self._each_end_counts = dialect.crlf_answers_twice
+        self._dialect = dialect
         self.discard()
 
-    def feed(self, data: bytes) -> list[str | Unusable]:
+    def feed(self, data: bytes) -> list[str]:
         """Take bytes in any chunks; return the lines that they end, as GRBL stores them."""
         lines = []
         for byte in data:
-            if byte not in (_CR, _LF):
-                self._after_cr = False
-                self._keep(byte)
-            elif byte == _LF and self._after_cr and not self._each_end_counts:
-                self._after_cr = False
-            else:
-                self._after_cr = byte == _CR
-                lines.append(self._ended())
+            if byte in _LINE_ENDS:
+                lines.append(self._kept.decode("latin-1"))
+                self.discard()
+            elif len(self._kept) <= self._dialect.max_line:
+                self._keep(bytes((byte,)))
         return lines
 
     def discard(self) -> None:
         """Discard everything, as a reset does; the next byte begins a new line."""
-        self._after_cr = False
-        self._begin()
-
-    @property
-    def _in_path(self) -> bool:
-        """Return whether a slash is part of a setting's name, as in `$/stepping/idle_ms`."""
-        return self._named_settings and self._kept.startswith(b"$")
-
-    def _begin(self) -> None:
         self._kept = bytearray()
         self._comment = b""
-        self._too_long = False
 
-    def _keep(self, byte: int) -> None:
-        sign = bytes((byte,))
-        if self._too_long:
-            return
+    def _keep(self, sign: bytes) -> None:
+        in_path = self._dialect.named_settings and self._kept.startswith(b"$")
         if self._comment:
             if self._comment == b"(" and sign == b")":
                 self._comment = b""
         elif sign in (b"(", b";"):
             self._comment = sign
-        elif sign == b")" and self._drops_brackets:
+        elif sign == b")" and self._dialect.drops_brackets:
             return
-        elif byte > _SPACE and (sign != b"/" or self._in_path):
-            self._too_long = len(self._kept) >= self._max_line
-            self._kept += b"" if self._too_long else sign.upper()
-
-    def _ended(self) -> str | Unusable:
-        text, too_long = self._kept.decode("latin-1"), self._too_long
-        self._begin()
-        reason = f"a line of more than {self._max_line} characters"
-        return Unusable(text, reason) if too_long else text
+        elif sign[0] > _SPACE and (sign != b"/" or in_path):
+            self._kept += sign.upper()
 
 
 # Parses a received line: empty, a `$` command, a block, or a refusal.
@@ -127,6 +94,8 @@ def parse_line(text: str, dialect: Dialect) -> Content:
     """
     if not text:
         return Empty()
+    if len(text) > dialect.max_line:
+        return Rejected(11, f"a line of more than {dialect.max_line} characters")
     try:
         if text.startswith(_JOG):
             return parse_block(text[len(_JOG) :], dialect, jog=True)
@@ -149,7 +118,7 @@ def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:
         return _home(text[2:], dialect)
     if text[1:2] in _KNOWN_LETTERS:  # or nothing at all
         raise GcodeError(3, text)
-    return _setting(text, dialect)
+    return _setting(text)
 
 
 def _home(letters: str, dialect: Dialect) -> Home:
@@ -159,10 +128,10 @@ def _home(letters: str, dialect: Dialect) -> Home:
     return Home(letters)
 
 
-def _setting(text: str, dialect: Dialect) -> SetSetting:
+def _setting(text: str) -> SetSetting:
     taken = take_number(text, 1)
     if taken is None:
-        raise GcodeError(dialect.no_setting, text)
+        raise GcodeError(3, text)
     key, at = taken
     if text[at : at + 1] != "=" or key < 0:
         raise GcodeError(3, text)
@@ -189,13 +158,8 @@ class Device:
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self._dialect = dialect
         self._lines = LineReader(dialect)
-        self._waiting: deque[str | Unusable] = deque()
+        self._waiting: deque[str] = deque()
         self._unanswered = 0
-
-    @property
-    def dialect(self) -> Dialect:
-        """The board's dialect."""
-        return self._dialect
 
     @property
     def unanswered(self) -> int:
@@ -210,11 +174,9 @@ class Device:
         """Return the next line, or None."""
         if not self._waiting:
             return None
-        entry = self._waiting.popleft()
+        text = self._waiting.popleft()
         self._unanswered += 1
-        if isinstance(entry, Unusable):
-            return LineReceived(entry.start, Rejected(self._dialect.overlong, entry.reason))
-        return LineReceived(entry, parse_line(entry, self._dialect))
+        return LineReceived(text, parse_line(text, self._dialect))
 
     def send(self, answer: Answer) -> bytes:
         """Return the bytes of an answer or message.

@@ -85,7 +85,8 @@ class Template:
 def written(value: object) -> str:
     """Return a field of a message as GRBL writes it."""
     if isinstance(value, tuple):
-        return ",".join(f"{each:.{COORDINATE_DECIMALS}f}" for each in value)
+        whole = all(isinstance(each, int) for each in value)
+        return ",".join(str(each) if whole else f"{each:.{COORDINATE_DECIMALS}f}" for each in value)
     return write_number(value) if isinstance(value, float) else str(value)
 
 
@@ -128,9 +129,7 @@ class Variant(StrEnum):
 class Dialect:
     """What one build of a firmware understands.
 
-    `max_line` counts characters without the line end. With `outputs`, M62 to M68 are
-    allowed. `crlf_answers_twice`: CR and LF each end a line, and an empty line gets its ok.
-    Observed on GRBL and FluidNC, but not on grblHAL.
+    `max_line` counts characters without the line end. With `outputs`, M64 to M68 are allowed.
     """
 
     variant: Variant = Variant.GRBL
@@ -138,17 +137,11 @@ class Dialect:
     max_line: int = 79
     outputs: bool = False
     single_axis_homing: bool = False
-    crlf_answers_twice: bool = True
-    overlong: int = 11
-    """The error of a line that is too long. FluidNC's error 11 means something else."""
     named_settings: bool = False
     """Whether settings have names with slashes. Observed on FluidNC."""
     drops_brackets: bool = False
     """Whether a closing bracket that ends no comment is dropped; GRBL refuses it as a word without
     a letter. Observed on grblHAL and FluidNC.
-    """
-    no_setting: int = 2
-    """The error of a `$` before a letter of no command, which GRBL takes for an unreadable number.
     """
 
     def __post_init__(self) -> None:
@@ -166,9 +159,7 @@ GRBLHAL = Dialect(
     max_line=256,
     outputs=True,
     single_axis_homing=True,
-    crlf_answers_twice=False,
     drops_brackets=True,
-    no_setting=3,
 )
 FLUIDNC = Dialect(
     Variant.FLUIDNC,
@@ -176,8 +167,6 @@ FLUIDNC = Dialect(
     max_line=127,
     outputs=True,
     single_axis_homing=True,
-    overlong=14,
     named_settings=True,
     drops_brackets=True,
-    no_setting=3,
 )

@@ -6,7 +6,7 @@ has the active modes; it finds the errors that depend on them, and `after` retur
 These are the words that the driver sends, and those into which a lost or changed byte turns them.
 All others are refused as a board refuses what its build leaves out, with error 20.
 
-Source: gnea/grbl grbl/gcode.c, steps 2 and 3; the M62 to M68 of grbl-Mega-5X and grblHAL.
+Source: gnea/grbl grbl/gcode.c, steps 2 and 3; the M64 to M68 of grblHAL and FluidNC.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from types import MappingProxyType
 
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import message
-from firmware_protocol.grbl.answers import Remark
 from firmware_protocol.grbl.codes import error_code
 from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
 
@@ -34,8 +33,6 @@ class Group(Enum):
     SPINDLE = "spindle"
     COOLANT = "coolant"
     FEED_MODE = "feed mode"
-    DWELL = "dwell"
-    FLOW = "flow"
     OUTPUT = "output"
 
 
@@ -53,10 +50,7 @@ COMMANDS: Mapping[str, Group] = MappingProxyType(
             ("M3 M4 M5", Group.SPINDLE),
             ("M7 M8 M9", Group.COOLANT),
             ("G94", Group.FEED_MODE),
-            ("G4", Group.DWELL),
-            # M30 is what a lost S makes of M3S0
-            ("M2 M30", Group.FLOW),
-            ("M62 M63 M64 M65 M67 M68", Group.OUTPUT),
+            ("M64 M65 M67 M68", Group.OUTPUT),
         )
         for name in names.split()
     }
@@ -133,9 +127,7 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
 
 MM_PER_INCH = 25.4
 # The value words that a command needs.
-_NEEDED: Mapping[str, str] = {
-    "G4": "P", "M62": "P", "M63": "P", "M64": "P", "M65": "P", "M67": "EQ", "M68": "EQ",
-}  # fmt: skip
+_NEEDED: Mapping[str, str] = {"M64": "P", "M65": "P", "M67": "EQ", "M68": "EQ"}
 
 
 @message()
@@ -151,13 +143,6 @@ class Modal:
     coolant: str = "M9"
     feed: float = 0.0
     speed: float = 0.0
-
-    @property
-    def report(self) -> Remark:
-        """The answer to `$G`."""
-        modes = (self.motion, self.coordinates, self.plane, self.units, self.distance, "G94")
-        numbers = ("T0", f"F{write_number(self.feed)}", f"S{write_number(self.speed)}")
-        return Remark(f"[GC:{' '.join((*modes, self.spindle, self.coolant, *numbers))}]")
 
     def during(self, block: Block) -> Modal:
         """Return the modes while a block is executed; raises `GcodeError`."""
@@ -185,11 +170,7 @@ class Modal:
     def after(self, block: Block) -> Modal:
         """Return the modes after a block, which a jog leaves unchanged; raises `GcodeError`."""
         modes = self.during(block)
-        if block.jog:
-            return self
-        if Group.FLOW in block.commands:
-            return Modal("G1", units=modes.units, feed=modes.feed, speed=modes.speed)
-        return modes
+        return self if block.jog else modes
 
     @property
     def unit_mm(self) -> float:

@@ -31,7 +31,6 @@ from firmware_protocol.grbl.answers import (
     Remark,
     StatusReport,
     Version,
-    WordedAlarm,
     WordedError,
     decode_answer,
 )
@@ -64,7 +63,7 @@ class Refused:
 class AlarmRaised:
     """The board is locked. `position_kept` is false if steps may have been lost."""
 
-    code: int | None
+    code: int
     meaning: str
     remedy: str
     position_kept: bool
@@ -80,25 +79,11 @@ class Restarted:
     banner: Banner
 
 
-@message()
-class StatusReported:
-    """A status report with the machine position.
-
-    If a report gives the work position instead ($10), the machine position is computed with the
-    latest work offset since the board's start; it is None if no offset has been reported.
-    """
-
-    report: StatusReport
-    machine_position: tuple[float, ...] | None
-
-
 Event: TypeAlias = (
-    Acknowledged | Refused | AlarmRaised | Restarted | StatusReported | Stray | Unreadable | Info
+    Acknowledged | Refused | AlarmRaised | Restarted | StatusReport | Stray | Unreadable | Info
 )
 
 
-# Sums of reported numbers are rounded to these; reports have three or four.
-DECIMALS = 6
 # Longer lines are dropped and reported.
 LINE_BYTES_MAX = 512
 _LINE_ENDS = b"\r\n"
@@ -117,7 +102,6 @@ class Host(LineHost[Event]):
         super().__init__(_LINE_ENDS, padding=PADDING, max_length=LINE_BYTES_MAX)
         self._outstanding: Command | None = None
         self._resetting = False
-        self._work_offset: tuple[float, ...] | None = None
 
     @property
     def outstanding(self) -> Command | None:
@@ -183,12 +167,10 @@ class Host(LineHost[Event]):
             case Banner():
                 return self._restarted(answer)
             case StatusReport():
-                return StatusReported(answer, self._machine_position(answer))
+                self._check_axes(answer)
             case Alarm():
                 row = alarm_code(answer.code, self.dialect.variant)
                 return AlarmRaised(row.code, row.meaning, row.remedy, row.position_kept)
-            case WordedAlarm():
-                return AlarmRaised(None, answer.text, _IN_WORDS, position_kept=False)
         self._learn(answer)
         return answer
 
@@ -205,32 +187,19 @@ class Host(LineHost[Event]):
         return Refused(command, None, answer.text, _IN_WORDS)
 
     def _restarted(self, banner: Banner) -> Restarted:
-        self._work_offset = None
         if banner.variant is not Variant.GRBL:  # grblHAL may say Grbl too: keep what is known
             self.dialect = replace(self.dialect, variant=banner.variant)
         self.forget_outstanding()
         return Restarted(banner)
 
-    def _machine_position(self, report: StatusReport) -> tuple[float, ...] | None:
-        """Return the machine position; None if it cannot be computed: WPos = MPos - WCO.
+    def _check_axes(self, report: StatusReport) -> None:
+        """Raise `RemoteProtocolError` if a report has another number of axes.
 
-        Raises `RemoteProtocolError` if the report has another number of axes: the line is damaged,
-        or the board has other axes than assumed.
+        The line is damaged, or the board has other axes than assumed.
         """
-        axes = len(self.dialect.axes)
-        for values in (report.machine_position, report.work_position, report.work_offset):
-            if values is not None and len(values) != axes:
-                raise RemoteProtocolError(
-                    f"coordinates: {len(values)}, but the board has {axes} axes"
-                )
-        if report.work_offset is not None:
-            self._work_offset = report.work_offset
-        work, offset = report.work_position, self._work_offset
-        if work is None:
-            return report.machine_position
-        if offset is None or len(offset) != axes:  # the axes have been learnt since
-            return None
-        return tuple(round(at + by, DECIMALS) for at, by in zip(work, offset, strict=True))
+        count, axes = len(report.machine_position or self.dialect.axes), len(self.dialect.axes)
+        if count != axes:
+            raise RemoteProtocolError(f"coordinates: {count}, but the board has {axes} axes")
 
     def _learn(self, answer: object) -> None:
         """Learn the firmware from the answers to `$I`."""

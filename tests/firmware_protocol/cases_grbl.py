@@ -26,10 +26,9 @@ _MOVES = st.one_of(
     st.builds("M{}S{}".format, st.sampled_from([3, 4]), FEEDS),
     st.just("M5"),
     st.builds("M{}E{}Q{}".format, st.sampled_from([67, 68]), st.integers(0, 7), NUMBERS),
-    st.builds("G4P{}".format, FEEDS),
     st.builds("G17G21G9{}G94G{}".format, st.integers(0, 1), st.integers(54, 59)),
     st.sampled_from(["M8", "M9"]),
-    st.builds("M{}P{}".format, st.integers(62, 65), st.integers(0, 7)),
+    st.builds("M{}P{}".format, st.sampled_from([64, 65]), st.integers(0, 7)),
 )
 GCODE = _MOVES.map(grbl.Line)
 JOGS = st.builds("$J=G21{}{}F{}".format, st.sampled_from(["G90", "G91"]), _WORDS, FEEDS).map(
@@ -52,21 +51,19 @@ BANNERS = st.one_of(
 @st.composite
 def reports(draw: st.DrawFn) -> grbl.StatusReport:
     """Draw a status report with any fields."""
-    where = draw(st.sampled_from(["machine_position", "work_position"]))
-    free = draw(st.booleans())
-    rates = draw(st.lists(FEEDS, max_size=2))
+    free, rates = draw(st.booleans()), draw(st.booleans())
     return grbl.StatusReport(
         draw(st.sampled_from(grbl.State) | st.text(string.ascii_letters, min_size=1, max_size=8)),
         draw(st.none() | st.integers(0, 999)),
+        draw(st.none() | COORDINATES),
         free_blocks=draw(COUNTS) if free else None,
         free_bytes=draw(COUNTS) if free else None,
-        **dict(zip(("feed", "speed"), rates, strict=False)),
+        feed=draw(FEEDS) if rates else None,
+        speed=draw(FEEDS) if rates else None,
         pins=draw(st.none() | st.text("XYZPDHRS", max_size=4)),
-        work_offset=draw(st.none() | COORDINATES),
         overrides=draw(st.none() | st.tuples(COUNTS, COUNTS, COUNTS)),
         accessories=draw(st.none() | st.text("SCFM", max_size=3)),
-        others=draw(st.sampled_from([(), ("MPG:1",), ("Qm:12", "SD:3.5,/a.nc")])),
-        **{where: draw(COORDINATES)},
+        others=draw(st.sampled_from([(), ("MPG:1",), ("WCO:1.000,2.000", "SD:3.5,/a.nc")])),
     )
 
 
@@ -115,7 +112,7 @@ class Board:
         self.device = grbl.Device(grbl.GRBLHAL)
 
     def receive_data(self, data: bytes) -> None:
-        for piece in grbl.pieces(data, grbl.Variant.GRBLHAL):
+        for piece in grbl.pieces(data):
             if isinstance(piece, bytes):
                 self.device.receive_data(piece)
 

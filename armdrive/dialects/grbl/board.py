@@ -25,7 +25,7 @@ from firmware_protocol.grbl import (
     Restarted,
     Setting,
     State,
-    StatusReported,
+    StatusReport,
     Stray,
     Unreadable,
     Variant,
@@ -105,7 +105,7 @@ class BoardState:
     def learn(self, message: HostEvent, now_s: float) -> Event | None:
         """Update the state from any message; return an event if the engine should know of it."""
         match message:
-            case StatusReported():
+            case StatusReport():
                 self._learn_status(message)
             case AlarmRaised():
                 return self._learn_alarm(message, now_s)
@@ -142,8 +142,7 @@ class BoardState:
         self._host.dialect = replace(self._host.dialect, axes=letters)
         self.lacking = "".join(letter for letter in self._axes.letters if letter not in letters)
 
-    def _learn_status(self, message: StatusReported) -> None:
-        report = message.report
+    def _learn_status(self, report: StatusReport) -> None:
         self.state, self.sub_state = report.state, report.sub_state
         self.free_blocks = report.free_blocks
         self.accessories, self.overrides_told = report.accessories or "", bool(report.overrides)

@@ -22,7 +22,7 @@ from firmware_protocol.grbl import (
     Realtime,
     Restarted,
     State,
-    StatusReported,
+    StatusReport,
     SystemCommand,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
@@ -64,7 +64,7 @@ class GrblContact:
         board, exchange, began_s = self.board, self.exchange, self.io.now_s
         # wait for a banner or a report: a board that is starting up does not answer for a while
         boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
-        alive = yield from exchange.sign_of_life(boot_s, every_s, StatusReported | Restarted)
+        alive = yield from exchange.sign_of_life(boot_s, every_s, StatusReport | Restarted)
         if not alive and not (yield from exchange.soft_reset()):
             self.io.write(b"", "?")
             raise Obstructed(self.io.silence(began_s, "and none to a reset"))

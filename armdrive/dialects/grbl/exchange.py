@@ -30,7 +30,7 @@ from firmware_protocol.grbl import (
     Refused,
     Restarted,
     State,
-    StatusReported,
+    StatusReport,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 
@@ -104,7 +104,7 @@ class GrblExchange:
 
     def take(self, message: HostEvent) -> None:
         """Update the board's state from a message, and report any event to the engine."""
-        if isinstance(message, StatusReported | Restarted):
+        if isinstance(message, StatusReport | Restarted):
             self.unanswered_s = math.inf
         event = self.board.learn(message, self.io.now_s)
         if event is not None:
@@ -149,7 +149,7 @@ class GrblExchange:
     def look(self, patience_s: float | None = None) -> Script[HostEvent, bool]:
         """Query until a report arrives; return False at the timeout. Moves nothing."""
         patience_s = self.settings.answer_s if patience_s is None else patience_s
-        return self.sign_of_life(patience_s, REPORT_TIMEOUT_S, StatusReported)
+        return self.sign_of_life(patience_s, REPORT_TIMEOUT_S, StatusReport)
 
     def sign_of_life(
         self, patience_s: float, every_s: float, wanted: type[HostEvent] | UnionType
@@ -315,7 +315,7 @@ class GrblExchange:
             if isinstance(message, Restarted):
                 self.host.forget_outstanding()
                 return True
-            if isinstance(message, StatusReported):
+            if isinstance(message, StatusReport):
                 if asking and not stale:
                     self._send_reset(moving)
                 stale = False

@@ -50,7 +50,7 @@ from firmware_protocol.grbl import (
     Refused,
     Restarted,
     State,
-    StatusReported,
+    StatusReport,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.spaces import Motors
@@ -181,7 +181,7 @@ class GrblMotion:
                 return RequestRejected(self.board.alarm_words())
             case Restarted():
                 return RequestRejected("the board was reset, or lost its power, while it moved")
-            case StatusReported():
+            case StatusReport():
                 return self._reported()
         if message is not None:  # the missing message may be next, still unread
             return None
@@ -359,7 +359,7 @@ class GrblHoming:
                 self.exchange.poll()
             wake_s = min(end_s, silent_s, self.exchange.poll_due_s) if reports else end_s
             message = yield from self.exchange.listen(wake_s)
-            if isinstance(message, StatusReported):
+            if isinstance(message, StatusReport):
                 watch.see(self.board.registers().positions)
         if not isinstance(message, Acknowledged):
             return refusal(message, f"`{command.text}`", moved=True)

@@ -20,7 +20,7 @@ from armdrive.dialects.grbl.planner import RESEND_S, InFlightLines
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import Refused
 from armdrive.tasks import Done, Reply, RequestRejected
-from firmware_protocol.grbl import Acknowledged, Line, Realtime, State, StatusReported
+from firmware_protocol.grbl import Acknowledged, Line, Realtime, State, StatusReport
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
@@ -146,7 +146,7 @@ class GrblStops:
         end_s, seen = self.io.now_s + STOP_POLL_S, False
         while self.io.now_s < end_s and not self.io.stop_hard:
             message = yield from self.exchange.listen(end_s)
-            seen |= isinstance(message, StatusReported)
+            seen |= isinstance(message, StatusReport)
         return seen
 
     def hold(self) -> Script[HostEvent, bool]:

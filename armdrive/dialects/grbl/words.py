@@ -23,7 +23,7 @@ from firmware_protocol.grbl.answers import (
     decode_answer,
 )
 from firmware_protocol.grbl.codes import alarm_code, error_code
-from firmware_protocol.grbl.commands import Realtime, split_realtime
+from firmware_protocol.grbl.commands import Realtime, pieces
 from kinematics.text import counted
 
 _SYSTEM: Mapping[str, str] = MappingProxyType(
@@ -69,9 +69,11 @@ SENTENCES: Sentences = MappingProxyType(
 
 def lines(data: bytes) -> str:
     """Describe the bytes that a host writes: real-time characters first, then each line."""
-    urgent, rest = split_realtime(data)
+    found = list(pieces(data))
+    rest = b"".join(piece for piece in found if isinstance(piece, bytes))
     texts = filter(None, (line.strip() for line in rest.decode("latin-1").split("\n")))
-    told = [*map(plain, urgent), *(_SYSTEM.get(text.upper(), text) for text in texts)]
+    told = [plain(piece) for piece in found if isinstance(piece, Realtime)]
+    told += [_SYSTEM.get(text.upper(), text) for text in texts]
     return "; ".join(told) or ("an empty line" if rest else "")
 
 

@@ -6,20 +6,18 @@
     board      reports, limits, motion, main loop
     hardware   wiring, outputs, switches, current
 
-Rates, travels and switch positions are computed here from the arm file, independently of the
-driver, so that a difference shows. A new device has just been switched on, or was reset because its
+A new device has just been switched on, or was reset because its
 port was opened: its counts are zero whatever the posture, and it first sends its banner.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.grbl.settings import GrblSettings, fitting
+from armdrive.dialects.grbl.settings import BoardAxes, GrblSettings, fitting
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.board import GrblBoard
 from armdrive.sim.grbl.firmware import FIRMWARES, MINUTE_S, BoardSettings
@@ -30,54 +28,11 @@ from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.sim.world import World
 from armdrive.text.toml import setting
 from firmware_protocol.grbl import AXIS_LETTERS, keys
-from kinematics.transmission import Transmission
-
-# --- What the board would trip over in an arm file -----------------------------------------------
-# What the driver would trip over as well, `fitting` finds.
 
 # The range of a setting per axis: three decimals are stored, and a float holds few more digits.
 LEAST, MOST = 0.001, 1e9
-# More than a thousand turns of a joint.
-FARTHEST_RAD = 1e4
 # The range in which a board counts steps (gnea/grbl grbl/system.h, sys_position).
 FARTHEST_STEPS = 2**31
-
-_AXIS_SETTINGS = {
-    keys.STEPS_PER_UNIT: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
-    keys.RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
-    keys.ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
-    keys.TRAVEL: "a travel (limits_deg, grbl.travel)",
-}
-
-
-def _check_ranges(config: ArmConfig) -> None:
-    """Raise `ArmFileError` for angles out of reach of any motor, or too large to add up."""
-    named = list(zip(config.model.arm.joint_names, config.model.arm.limits, strict=True))
-    angles = [
-        (f"limits_deg.{name}", end) for name, one in named for end in (one.low_rad, one.high_rad)
-    ]
-    if config.homing is not None:
-        turned = zip(config.model.arm.joint_names, config.homing.joints, strict=True)
-        angles += [(f"homing.joints_deg.{name}", angle) for name, angle in turned]
-    for key, angle in angles:
-        if not abs(angle) <= FARTHEST_RAD:
-            raise ArmFileError(
-                f"{key} is {math.degrees(angle):g} degrees, farther than any joint turns"
-            )
-
-
-def _check_settings(values: Mapping[int, float], letters: str, axes: str) -> None:
-    """Raise `ArmFileError` for a per-axis setting that no board can store."""
-    for motor, letter in enumerate(letters):
-        for group, what in _AXIS_SETTINGS.items():
-            value = values[group + axes.index(letter)]
-            if not (math.isfinite(value) and LEAST <= value <= MOST):
-                raise ArmFileError(
-                    f"a GRBL board cannot hold {value:g} as {what} of motor {motor + 1}: correct "
-                    "the arm file"
-                )
-
-
 MPOS_AND_BUFFERS = 3
 # The speeds of homing, as shares of an axis's own maximum rate.
 SEEK_SHARE, FEED_SHARE = 0.5, 0.05
@@ -104,40 +59,35 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     Raises `ArmFileError` for an arm that no board can be configured for.
     """
     device = _settings(config)
-    turning = fitting(config)
-    _check_ranges(config)
-    per_unit = _steps_per_unit(device, turning)
-    rates = device.rates or _rates_hz(config, turning)
-    slopes = device.accelerations or tuple(rate / device.ramp_s for rate in rates)
-    spans = _spans(config, turning)
-    travels = device.travel or tuple(
-        math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
-    )
+    motors = BoardAxes.of(config)
+    limits = motors.expected(device)
     values: dict[int, float] = {
         keys.IDLE_MS: keys.ALWAYS_ON_MS,
         keys.REPORT: MPOS_AND_BUFFERS,
-        keys.JUNCTION: device.junction_steps / max(per_unit),
+        keys.JUNCTION: limits.junction,
         keys.SOFT_LIMITS: float(device.soft_limits),
         keys.HARD_LIMITS: float(device.hard_limits),
         keys.HOMING: float(device.homing),
         keys.HOMING_DIRECTIONS: 0.0,
+        keys.HOMING_SEEK: _up(min(limits.rates) * MINUTE_S * SEEK_SHARE),
+        keys.HOMING_FEED: _up(min(limits.rates) * MINUTE_S * FEED_SHARE),
     }
-    places = switch_places(config, turning, (0,) * len(letters))
-    for motor, letter in enumerate(letters):
-        axis, per = axes.index(letter), per_unit[motor]
-        values[keys.HOMING_DIRECTIONS] += (places[motor].way < 0) << axis
-        values[keys.STEPS_PER_UNIT + axis] = per
-        values[keys.RATE + axis] = _up(rates[motor] / per * MINUTE_S)
-        values[keys.ACCELERATION + axis] = _up(slopes[motor] / per)
-        values[keys.TRAVEL + axis] = travels[motor]
-    slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * MINUTE_S
-    values[keys.HOMING_SEEK] = _up(slowest * SEEK_SHARE)
-    values[keys.HOMING_FEED] = _up(slowest * FEED_SHARE)
+    travels = [_up(travel) for travel in device.travel or map(math.ceil, motors.spans)]
     values[keys.PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
-    if config.gripper.kind == "servo" and device.servo == "M3":
-        widest = max(device.servo_closed, device.servo_open)
-        values[keys.LEAST_SPEED], values[keys.MOST_SPEED] = 0.0, widest
-    _check_settings(values, letters, axes)
+    places = switch_places(config, fitting(config), (0,) * len(letters))
+    for motor, letter in enumerate(letters):
+        axis = axes.index(letter)
+        values[keys.HOMING_DIRECTIONS] += (places[motor].way < 0) << axis
+        values[keys.STEPS_PER_UNIT + axis] = round(limits.steps_per_unit[motor], 3)
+        values[keys.RATE + axis] = _up(limits.rates[motor] * MINUTE_S)
+        values[keys.ACCELERATION + axis] = _up(limits.accelerations[motor])
+        values[keys.TRAVEL + axis] = travels[motor]
+    for number, value in values.items():
+        if number >= keys.STEPS_PER_UNIT and not LEAST <= value <= MOST:
+            raise ArmFileError(
+                f"a GRBL board cannot hold {value:g} as ${number}: correct the motors, speeds, "
+                "limits_deg or grbl.unit of the arm file"
+            )
     return values
 
 
@@ -188,49 +138,9 @@ def _settings(config: ArmConfig) -> GrblSettings:
     return device
 
 
-def _steps_per_unit(device: GrblSettings, turning: Transmission) -> tuple[float, ...]:
-    """Return steps per degree of each motor (per mm for fingers), or 1 if the unit is a step."""
-    if device.unit == "steps":
-        return (1.0,) * len(turning.motors)
-    found = []
-    for motor, one in enumerate(turning.motors):
-        per_degree = math.pi / 180 if motor < len(turning.joint_names) else 1.0
-        per_unit = round(abs(one.steps_per_unit) * per_degree, 3)
-        if not LEAST <= per_unit <= MOST:
-            raise ArmFileError(
-                f'grbl.unit: motor {motor + 1} has {per_unit:g} steps a unit, use "steps"'
-            )
-        found.append(per_unit)
-    return tuple(found)
-
-
-def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
-    """Return how fast each motor turns when all joints that it moves are at full speed.
-
-    No motor gets more than the fastest motor needs for a single joint.
-    """
-    speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-    parts = [
-        [abs(share) * speed for share, speed in zip(row, speeds, strict=False)]
-        for row in turning.matrix
-    ]
-    quickest = max(part for row in parts for part in row)
-    return tuple(min(sum(row), quickest) for row in parts)
-
-
-def _spans(config: ArmConfig, turning: Transmission) -> list[float]:
-    """Return how many steps each motor can turn within the joints' ranges."""
-    ranges = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    ranges.append(config.model.gripper_range_mm)
-    return [
-        sum(abs(share) * (high - low) for share, (low, high) in zip(row, ranges, strict=False))
-        for row in turning.matrix
-    ]
-
-
 def _up(value: float) -> float:
-    """Round up to the precision of the board's settings."""
-    return math.ceil(value * 1000.0 - 1e-6) / 1000.0
+    """Round up to the precision of the board's settings, which is meaningless beyond `MOST`."""
+    return math.ceil(value * 1000.0 - 1e-6) / 1000.0 if abs(value) <= MOST else math.inf
 
 
 # --- The device and its settings ------------------------------------------------------------------
@@ -247,6 +157,15 @@ class GrblChoices:
 
 
 def _make(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
+    try:
+        return _made(config, world, chosen)
+    except OverflowError:
+        raise ArmFileError(
+            "no motor turns so far: correct limits_deg, homing or steps_per_turn of the arm file"
+        ) from None
+
+
+def _made(config: ArmConfig, world: World, chosen: GrblChoices) -> GrblBoard:
     firmware = FIRMWARES[chosen.firmware]
     letters = motor_letters(config)
     axes = board_axes(letters, chosen.axes)

@@ -6,8 +6,8 @@ States of the main loop:
 
     booting   input is not read, and is lost when the board has started
     critical  a limit alarm: only a reset is obeyed
-    blocked   Hold (in most firmware only once it is complete), Door and Sleep, during a jog
-              cancel, and when hung: lines stay in the ring
+    blocked   Hold (in most firmware only once it is complete) and Sleep, during a jog cancel, and
+              when hung: lines stay in the ring
     hung      Idle, after a jog cancel that came as the jog ended: a resume or a reset frees it
     else      the current line continues, or the next one is taken out of the ring
 
@@ -51,8 +51,8 @@ from firmware_protocol.grbl import (
     StatusReport,
     keys,
     pieces,
+    written,
 )
-from firmware_protocol.grbl.gcode import MM_PER_INCH
 from kinematics.spaces import Motors
 
 # --- Scripts: generators that yield the time until which they wait -------------------------------
@@ -120,26 +120,23 @@ class BoardScript(Generic[T]):
         self._script, self.until_s = None, math.inf
 
 
-# --- The status report, and how often it comes ---------------------------------------------------
+# --- The status report ---------------------------------------------------------------------------
 # Source: gnea/grbl grbl/report.c and config.h: WCO comes with every 30th report in motion and every
-# 10th at rest, Ov with every 20th and 10th, and both at once after a change.
+# 10th at rest, Ov with every 20th and 10th. Here both come with every 10th, and Ov after a change.
 
 # The minimum time between reports. Several requests within it get one report.
 GAP_S = 0.005
 # The input bits: probe, door, feed hold, cycle start, reset.
 PINS = "PDHSR"
-_BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
-_WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
-_MPOS, _BUFFERS = 1, 2
+_OFTEN = 10
 # The parts of a report by their bits in $10 (`$ES`, setting 10).
-_FEED, _PINS, _OFFSET, _OVERRIDES = 8, 16, 32, 64
+_MPOS, _BUFFERS, _FEED, _PINS, _OFFSET, _OVERRIDES = 1, 2, 8, 16, 32, 64
 
 
 class StatusReporter:
     """Answers `?`. A report takes time on the wire, and the next one waits for it."""
 
     def __init__(self, baud: int | None) -> None:
-        self.asked = False
         self._byte_s = BITS_A_BYTE / baud if baud else 0.0
         self._free_s = -math.inf
         self.restart()
@@ -147,13 +144,11 @@ class StatusReporter:
     def restart(self) -> None:
         """Start as after a reset: the first report contains the work offset."""
         self.asked = False
-        self._until_wco = self._until_ov = 0
-        self._changed = True
+        self._count = 0
 
-    def overrides_changed(self) -> None:
+    def outputs_changed(self) -> None:
         """Include the overrides and accessories in the next report."""
-        self._until_ov = 0
-        self._changed = True
+        self._count = 1
 
     def due_s(self, board: GrblBoard) -> float:
         """Return when a report is due; infinity if none is, or none can be sent."""
@@ -168,70 +163,26 @@ class StatusReporter:
 
     def report(self, board: GrblBoard) -> StatusReport:
         """Return the report for this moment."""
-        self.asked = False
-        per_unit = 1.0 / MM_PER_INCH if board.settings.on(keys.INCHES) else 1.0
-        position = tuple(at * per_unit for at in board.drive.units_of(board.drive.counts))
-        mask = int(board.settings[keys.REPORT])
-        buffers = bool(mask & _BUFFERS)
-        wco, overrides = self._now_and_then(board.state in _BUSY)
-        feed = float(round(board.drive.speed(board.now_s) * MINUTE_S * per_unit))
-        quiet = "" if board.firmware.empty_accessories and self._changed else None
-        self._changed = self._changed and not overrides
-
-        def shown(part: int) -> bool:
-            return bool(mask & part) or not board.firmware.report_bits & part
-
+        turn, self._count, self.asked = self._count % _OFTEN, self._count + 1, False
+        told = int(board.settings[keys.REPORT]) | ~board.firmware.report_bits
+        pins = [letter for bit, letter in enumerate(PINS) if board.inputs_set >> bit & 1]
+        pins += [letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)]
         report = StatusReport(
             board.state,
-            _sub_state(board),
-            position if mask & _MPOS else None,
-            None if mask & _MPOS else position,  # no offset is ever set
-            board.firmware.blocks - board.drive.queued(board.now_s) if buffers else None,
-            _free_bytes(board) if buffers else None,
-            feed=feed if shown(_FEED) else None,
-            speed=board.outputs.speed if shown(_FEED) else None,
-            pins=_pins(board) if shown(_PINS) else None,
-            work_offset=(0.0,) * len(position) if wco and shown(_OFFSET) else None,
-            overrides=(board.override, 100, 100) if overrides and shown(_OVERRIDES) else None,
-            accessories=(board.outputs.letters or quiet) if overrides else None,
+            int(not board.cycle.stands) if board.state is State.HOLD else None,
+            board.drive.units_of(board.drive.counts) if told & _MPOS else None,
+            board.firmware.blocks - board.drive.queued(board.now_s) if told & _BUFFERS else None,
+            board.ring.free if told & _BUFFERS else None,
+            float(round(board.drive.speed(board.now_s) * MINUTE_S)) if told & _FEED else None,
+            board.outputs.speed if told & _FEED else None,
+            "".join(pins) or None if told & _PINS else None,
+            (100, 100, 100) if turn == 1 and told & _OVERRIDES else None,
+            board.outputs.letters or None if turn == 1 else None,
+            (f"WCO:{written((0.0,) * len(board.axes))}",) if turn == 0 and told & _OFFSET else (),
         )
         length = len(report.line) + 2
         self._free_s = board.now_s + max(GAP_S, length * self._byte_s)
         return report
-
-    def _now_and_then(self, busy: bool) -> tuple[bool, bool]:
-        """Count a report; return whether the offset and the overrides are due. Never both."""
-        if self._until_wco == 0:
-            self._until_wco = (_WCO_BUSY if busy else _IDLE) - 1
-            self._until_ov = max(self._until_ov, 1)
-            wco = True
-        else:
-            self._until_wco -= 1
-            wco = False
-        if self._until_ov == 0:
-            self._until_ov = (_OV_BUSY if busy else _IDLE) - 1
-            return wco, True
-        self._until_ov -= 1
-        return wco, False
-
-
-def _free_bytes(board: GrblBoard) -> int:
-    told = board.firmware.reported_free_bytes
-    return board.ring.free if told is None else told
-
-
-def _sub_state(board: GrblBoard) -> int | None:
-    if board.state is State.HOLD:
-        return 0 if board.cycle.stands else 1
-    if board.state is State.DOOR:
-        return 0 if board.cycle.stands else 2
-    return None
-
-
-def _pins(board: GrblBoard) -> str | None:
-    pins = [letter for bit, letter in enumerate(PINS) if board.inputs_set >> bit & 1]
-    switches = [letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)]
-    return "".join([*pins, *switches]) or None
 
 
 # --- Hard limits: a switch that changes while the board is not homing ----------------------------
@@ -279,15 +230,14 @@ def _in_force(board: GrblBoard) -> bool:
 # --- The motion of the queued lines, from the start to a stand -----------------------------------
 # Source: gnea/grbl grbl/protocol.c (protocol_auto_cycle_start, EXEC_CYCLE_STOP).
 
-_BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
+_BLOCKING = (State.HOLD, State.SLEEP)
 
 
 class MotionCycle:
     """Starts the motion of the queued lines, ends it, and knows what follows once it has ended.
 
     `stands`: a hold is complete. `cancelling`: the motion is braked, and its lines are dropped at
-    the end; `cancels` counts how often. `leaving`: at the end comes the alarm of a soft limit.
-    `hangs`: at the end the board stops reading lines.
+    the end; `cancels` counts how often. `hangs`: at the end the board stops reading lines.
     """
 
     def __init__(self) -> None:
@@ -296,7 +246,7 @@ class MotionCycle:
 
     def forget(self) -> None:
         """Forget what was to follow."""
-        self.stands = self.cancelling = self.leaving = self.hangs = False
+        self.stands = self.cancelling = self.hangs = False
 
     def autostart(self, board: GrblBoard) -> None:
         """Start to execute the queued lines as soon as no more arrive."""
@@ -325,10 +275,7 @@ class MotionCycle:
         """React to the end of motion."""
         if board.state is not State.HOME:
             board.current.release_at_rest(board.now_s)
-        if self.leaving:
-            self.leaving = False
-            board.routines.critical(board, AlarmNumber.SOFT_LIMIT)
-        elif self.cancelling:
+        if self.cancelling:
             self.cancelling = False
             board.drive.stop(board.now_s)
             board.position = board.drive.goal_units
@@ -376,7 +323,8 @@ class MainLoop:
 
     def blocked(self, board: GrblBoard) -> bool:
         """Return whether no lines are executed."""
-        held = board.state in _BLOCKING and not _still_reads(board)
+        # only a completed hold suspends the loop (gnea/grbl grbl/protocol.c, EXEC_CYCLE_STOP)
+        held = board.state in _BLOCKING and board.cycle.stands
         held |= board.cycle.cancelling or self.hung
         return held or board.booting.active or board.critical
 
@@ -418,15 +366,6 @@ class MainLoop:
                 self._line.begin(board.routines.line(board, line), board.now_s)
                 return True
         return False
-
-
-def _still_reads(board: GrblBoard) -> bool:
-    """Return whether the board brakes for a feed hold, and goes on to read lines until it stands.
-
-    Source: gnea/grbl grbl/protocol.c: only EXEC_CYCLE_STOP sets the bit that suspends the loop.
-    """
-    braking = board.state is State.HOLD and not board.cycle.stands
-    return braking and board.firmware.reads_while_braking
 
 
 # --- Real-time commands that have arrived but were not read yet -----------------------------------
@@ -527,8 +466,6 @@ class GrblBoard(Board):
         self.ring = ReceiveRing(firmware.ring_bytes)
         self.limits = HardLimits()
         self.echoes = False
-        self.override = 100
-        """The feed override in per cent."""
         self.booting: BoardScript[None] = BoardScript()
         self.cycle = MotionCycle()
         self.main_loop = MainLoop()
@@ -555,7 +492,6 @@ class GrblBoard(Board):
         self.booting.end()
         self.critical = self.holds_next = self.stalls = False
         self.unread.forget()
-        self.switches.unwatched.clear()
         self.again = []
         self.unhomed = set()
         self.cycle.forget()
@@ -608,7 +544,7 @@ class GrblBoard(Board):
         if self.now_s < self.deaf_until_s:  # the interrupts are off: even a reset is ignored
             self.ring.lost += len(data)
             return
-        for piece in pieces(data, self.firmware.dialect.variant):
+        for piece in pieces(data):
             if isinstance(piece, Realtime):
                 self.unread.put(self, piece)
                 self.unread.obey(self)

@@ -13,7 +13,6 @@ from armdrive.sim.grbl.firmware import LOCATE, MINUTE_S, SEARCH, AlarmNumber, Re
 from firmware_protocol.grbl import (
     Feedback,
     Home,
-    Realtime,
     Remark,
     SetSetting,
     Setting,
@@ -57,7 +56,6 @@ def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
         yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
         _count_from_zero(board, axes)
         yield from _go(board, axes, -back, leave)
-        board.switches.unwatched.clear()
         if any(board.switches.pressed(axis) for axis in axes):
             return AlarmNumber.STILL_PRESSED
         yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
@@ -82,8 +80,6 @@ def _approach(
         yield from _go(board, left, way, rate)
         search -= way
         left = [axis for axis in left if not board.switches.pressed(axis)]
-        if board.firmware.rechecks_after_pull_off:
-            board.switches.unwatched.update(set(axes) - set(left))
     return True
 
 
@@ -148,17 +144,16 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     if found is None or paths is None:
         return None
     path, value = found[1].lower(), found[2]
-    fixed, number = paths.fixed_value(path), paths.number(path, board.axes)
-    if fixed is not None and value is None:
-        board.say(Setting(f"/{path}", f"{fixed:.3f}"))
+    common, number = paths.common(path, board.axes)[0], paths.number(path, board.axes)
+    if value is None and common in paths.fixed:
+        board.say(Setting(f"/{path}", f"{paths.fixed[common]:.3f}"))
         return 0
     if number is None:
         return RefusalNumber.UNKNOWN
     if value is None:
-        text = dict(board.settings.written())[number]
-        board.say(Setting(f"/{path}", text))
+        board.say(Setting(f"/{path}", board.settings.written()[number]))
         return 0
-    if board.state not in (State.IDLE, State.ALARM):
+    if board.state not in _STILL:
         return RefusalNumber.NOT_IDLE
     try:
         given = float(value)
@@ -196,15 +191,10 @@ def refused_command(board: GrblBoard, line: str, code: int) -> int:
 
 
 def _settings(board: GrblBoard, _: SystemCommand) -> int:
-    texts = dict(board.settings.written())
     paths = board.firmware.paths
-    for number in paths.listed(texts) if paths else texts:
-        board.say(Setting(number, texts[number]))
-    return 0
-
-
-def _parser_state(board: GrblBoard, _: SystemCommand) -> int:
-    board.say(board.modal.report)
+    for number, text in board.settings.written().items():
+        if paths is None or number >= keys.STEPS_PER_UNIT or number in paths.listed:
+            board.say(Setting(number, text))
     return 0
 
 
@@ -219,18 +209,6 @@ def _unlock(board: GrblBoard, _: SystemCommand) -> int:
         board.tell("Caution: Unlocked")
         board.state = State.IDLE
         board.unhomed.clear()
-    return 0
-
-
-def _check(board: GrblBoard, _: SystemCommand) -> Steps:
-    if board.state is State.CHECK:
-        board.tell("Disabled")
-        board.routines.order(board, Realtime.SOFT_RESET)
-        yield math.inf
-    elif board.state is not State.IDLE:
-        return RefusalNumber.NOT_IDLE
-    board.tell("Enabled")
-    board.state = State.CHECK
     return 0
 
 
@@ -251,27 +229,21 @@ def _sleep(board: GrblBoard, _: SystemCommand) -> int:
 
 
 def _home(board: GrblBoard, command: Home) -> Steps:
-    firmware, homing = board.firmware, int(board.settings[keys.HOMING])
-    if not homing:
-        return firmware.refused_axis if command.axes else RefusalNumber.NO_HOMING
-    if command.axes and not homing & firmware.single_axis_bits:
+    homing = int(board.settings[keys.HOMING])
+    if not homing or (command.axes and not homing & board.firmware.single_axis_bits):
         return RefusalNumber.NO_HOMING
     # without letters, the axes of a real board home in cycles, and some builds leave axes out
     axes = [board.axes.index(letter) for letter in command.axes or board.axes]
-    ambiguous = firmware.rechecks_after_pull_off and board.switches.mask()
-    code = AlarmNumber.AMBIGUOUS if ambiguous else (yield from home(board, axes))
+    code = yield from home(board, axes)
     if code:
         yield from board.routines.fail(board, code)
     return 0
 
 
 def _set(board: GrblBoard, command: SetSetting) -> Steps:
-    if (paths := board.firmware.paths) is not None:
-        if command.setting not in paths.changeable:
-            told = command.setting in paths.listed(board.settings.values)
-            return RefusalNumber.READ_ONLY if told else RefusalNumber.UNKNOWN
-        if command.value > paths.changeable[command.setting]:
-            return RefusalNumber.OUT_OF_RANGE
+    paths = board.firmware.paths
+    if paths is not None and command.setting not in paths.changeable:
+        return RefusalNumber.UNKNOWN
     code = board.settings.store(command.setting, command.value)
     if code:
         return code
@@ -285,13 +257,10 @@ _NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOL
 _Action = tuple[tuple[State, ...], Callable[[GrblBoard, Any], Steps | int]]
 # The states in which a command is accepted (all if none is listed), and its action.
 #
-# The action runs at once, or in steps. Start-up lines, notes, factory resets, coordinate systems
-# and help are not built in.
+# The action runs at once, or in steps.
 _COMMANDS: Mapping[SystemCommand | type, _Action] = MappingProxyType(
     {
         SystemCommand.QUERY_SETTINGS: (_NO_CYCLE, _settings),
-        SystemCommand.QUERY_MODES: ((), _parser_state),
-        SystemCommand.CHECK_MODE: ((), _check),
         SystemCommand.UNLOCK: ((), _unlock),
         SystemCommand.QUERY_BUILD: (_STILL, _build),
         SystemCommand.SLEEP: (_STILL, _sleep),

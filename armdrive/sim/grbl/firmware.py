@@ -10,7 +10,7 @@ as programs.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum, IntEnum
 from types import MappingProxyType
@@ -26,7 +26,7 @@ _ANY_BIT = 255
 class RefusalNumber(IntEnum):
     """The numbers of `error:N`, but for most of the g-code parser's.
 
-    Source: gnea/grbl grbl/report.h. Those that only FluidNC has were observed.
+    Source: gnea/grbl grbl/report.h.
     """
 
     UNKNOWN = 3
@@ -35,16 +35,7 @@ class RefusalNumber(IntEnum):
     SHORT_PULSE = 6
     NOT_IDLE = 8
     LOCKED = 9
-    LIMITS_WITHOUT_HOMING = 10
     TOO_LONG = 11
-    TRAVEL_EXCEEDED = 15
-    UNKNOWN_WORD = 20
-    NO_SINGLE_AXIS = 19
-    """FluidNC's."""
-    OUT_OF_RANGE = 80
-    """FluidNC's."""
-    READ_ONLY = 162
-    """FluidNC's."""
 
 
 class AlarmNumber(IntEnum):
@@ -54,15 +45,12 @@ class AlarmNumber(IntEnum):
     """
 
     HARD_LIMIT = 1
-    SOFT_LIMIT = 2
     RESET_IN_MOTION = 3
     RESET_IN_HOMING = 6
     STILL_PRESSED = 8
     """A switch is pressed after homing has backed off."""
     NOT_FOUND = 9
     """Homing has come to no switch."""
-    AMBIGUOUS = 12
-    """FluidNC's: a switch is pressed before homing begins."""
     UNHOMED = 14
     """FluidNC's: an axis has yet to be homed."""
 
@@ -88,40 +76,28 @@ class SettingPaths:
     keeps each setting under GRBL's number. All observed on FluidNC.
     """
 
-    single: Mapping[str, int]
-    """The number of the setting at each path of its own."""
-    of_axis: Mapping[str, int]
-    """The number, for the first axis, of the setting at `axes/x/` and each of these words, or the
-    number of all axes."""
+    numbers: Mapping[str, int]
+    """The number of the setting at each path, or of the first axis's at `axes/{}/` and a word."""
     fixed: Mapping[str, float]
-    """What cannot be changed here, by the same words."""
-    listed_first: tuple[int, ...]
-    """The numbers that `$$` lists before those of the axes and $10; it lists no others."""
-    changeable: Mapping[int, float]
-    """The numbers that can be changed as on GRBL (`$10=3`), and their greatest values."""
+    """What cannot be changed here, by the same paths."""
+    listed: tuple[int, ...]
+    """The numbers below those of the axes that `$$` lists."""
+    changeable: tuple[int, ...]
+    """The numbers of settings that can be changed as on GRBL (`$10=3`)."""
 
     def number(self, path: str, axes: str) -> int | None:
         """Return the number of the setting at a path, or None if there is none."""
-        found = _AXIS_PATH.fullmatch(path)
-        if found is None:
-            return self.single.get(path)
-        if found[1].upper() not in axes or found[2] not in self.of_axis:
-            return None
-        number = self.of_axis[found[2]]
-        return number + axes.index(found[1].upper()) if number >= keys.STEPS_PER_UNIT else number
+        common, axis = self.common(path, axes)
+        number = self.numbers.get(common)
+        per_axis = number is not None and number >= keys.STEPS_PER_UNIT
+        return number + axis if number is not None and per_axis else number
 
-    def fixed_value(self, path: str) -> float | None:
-        """Return what is fixed at a path, or None if nothing is."""
+    def common(self, path: str, axes: str) -> tuple[str, int]:
+        """Return a path with `{}` in place of its axis, and the axis."""
         found = _AXIS_PATH.fullmatch(path)
-        return self.fixed.get(path if found is None else found[2])
-
-    def listed(self, numbers: Collection[int]) -> list[int]:
-        """Return the settings that `$$` lists, in their order."""
-        return [
-            *self.listed_first,
-            *(number for number in numbers if number >= keys.STEPS_PER_UNIT),
-            keys.REPORT,
-        ]
+        if found is None or found[1].upper() not in axes:
+            return path, 0
+        return f"axes/{{}}/{found[2]}", axes.index(found[1].upper())
 
 
 _AXIS_PATH = re.compile(r"axes/([a-z])/([\w/]+)")
@@ -156,8 +132,6 @@ class Firmware:
     """How many lines the planner queues."""
     ring_bytes: int = 128
     """How many bytes the receive ring holds. grblHAL's holds one less than `$I` says."""
-    reported_free_bytes: int | None = None
-    """The free bytes in every report, if they are a constant. Observed on FluidNC."""
     stepping: Stepping = _AVR_STEPPING
     """How the board steps. A hold begins to brake after the segments already computed, and a line
     leaves the planner with its last segment. Observed, from a hold to the last step: 0.43 s (Mega)
@@ -177,8 +151,6 @@ class Firmware:
     """Whether a control character makes the board echo what it hears, until 0x0C. Observed on
     FluidNC (lineedit.cpp).
     """
-    unknown_words: frozenset[str] = frozenset()
-    """Words that its build refuses with error 20. Observed: M7 on the 328p."""
     refuses_on: bool = False
     """Whether g-code after a refused line is refused with the same error, until an empty line, a
     line that begins with `$` and is carried out, a jog cancel or a reset. Observed on grblHAL
@@ -186,12 +158,6 @@ class Firmware:
     """
 
     # durations
-    parse_s: float = 0.35e-3
-    """Parsing a line. Observed: 0.35 ms for an empty one."""
-    plan_s: float = 0.85e-3
-    """Planning a motion, in addition. Observed: the Mega takes 30 lines in 0.05 s, as fast as they
-    arrive.
-    """
     eeprom_s: float = 17e-3
     """Changing a setting."""
     deaf_in_eeprom: bool = True
@@ -202,10 +168,6 @@ class Firmware:
     """From a reset of the board to its banner; the motors have no current."""
 
     # holds
-    reads_while_braking: bool = True
-    """Whether lines are read until a feed hold is complete: they are answered and planned.
-    Observed on the Mega and FluidNC. Not on grblHAL (state_machine.c, initiate_hold).
-    """
 
     # resets
     killed: Killed = Killed.LATE
@@ -258,24 +220,13 @@ class Firmware:
     """
     homing_counts: bool = True
     """Whether each motion of homing counts from zero. Observed on the Mega, and so in grblHAL."""
-    raises_pull_off_alarm: bool = True
-    """Whether a reset while homing backs off a pressed switch raises ALARM:8, as if backing off had
-    failed. Observed on the Mega (limits.c), and so in grblHAL; otherwise it is ALARM:6.
-    """
     sticks_in_homing: bool = True
     """Whether `$H` with an axis that the build refuses (error 3) leaves the board in Home until a
     reset. Observed on the Mega with two axes, and on the 328p, which refuses every single axis.
     """
-    refused_axis: RefusalNumber = RefusalNumber.NO_HOMING
-    """The error of `$HX` without homing. Observed: 19 on FluidNC."""
     locks_until_homed: bool = False
     """Whether, with homing, the board stays locked until each axis has been homed. Observed on
     FluidNC; the alarm after a reset is then 14.
-    """
-    rechecks_after_pull_off: bool = False
-    """Whether homing looks at a pressed switch again only once the axis has backed off. Observed on
-    FluidNC: homing that ends before leaves it pressed until the board restarts, and with
-    `limit_all_pin` all homing is refused then.
     """
     failed_homing_restarts: bool = True
     """Whether the board restarts after homing that failed. Observed: FluidNC goes on, and answers
@@ -308,10 +259,6 @@ class Firmware:
     # messages
     report_bits: int = 3
     """The parts of a report that $10 can leave out (`$ES`, setting 10): position and buffers."""
-    empty_accessories: bool = False
-    """Whether the first report after a change says `A:` if all are off. Observed on grblHAL."""
-    keeps_speed: bool = False
-    """Whether reports give the last speed of a stopped spindle (M5). Observed on FluidNC."""
     mute_in_critical: bool = True
     """Whether `?` is unanswered after a limit alarm until the reset. Observed: not on the Mega, in
     the version of 4 January 2021 and later.
@@ -320,10 +267,6 @@ class Firmware:
     """Whether `?` is unanswered while homing is under way. Observed on grblHAL, which sends one
     report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
     """
-    program_end: str = "Pgm End"
-    """The message after M2 and M30."""
-    how_to_unlock: str = "'$H'|'$X' to unlock"
-    """The message after the banner of a locked board."""
 
     # settings
     paths: SettingPaths | None = None
@@ -348,7 +291,6 @@ _FIRMWARES = (
         "grbl",
         Banner("1.1h"),
         ("VER:1.1h.20190830:", "OPT:V,15,128"),
-        unknown_words=frozenset(("M7",)),
     ),
     Firmware(
         "mega5x",
@@ -361,7 +303,6 @@ _FIRMWARES = (
         stepping=replace(_AVR_STEPPING, segments=9),
         cancel_clears_in=(State.JOG,),
         mute_in_critical=False,
-        factory=MappingProxyType({30: 12000.0, 31: 550.0}),
     ),
     Firmware(
         "grblhal",
@@ -370,25 +311,17 @@ _FIRMWARES = (
             "VER:1.1f.20260817:",
             "OPT:VNML+,100,1024,{many},0",
             "AXS:{many}:{axes}",
-            "NEWOPT:ENUMS,RT+,TC,SED",
             "FIRMWARE:grblHAL",
-            "SIGNALS:D",
-            "NVS STORAGE:*EEPROM",
-            "DRIVER:Simulator",
-            "DRIVER VERSION:260324",
         ),
         dialect=GRBLHAL,
         blocks=100,
         ring_bytes=1023,
         stepping=Stepping(9),
         refuses_on=True,
-        parse_s=0.05e-3,
-        plan_s=0.1e-3,
         eeprom_s=5e-3,
         deaf_in_eeprom=False,
         alarm_s=0.1,
         boot_s=0.5,
-        reads_while_braking=False,
         killed=Killed.NEVER,
         resets_kept=1,
         answers_dropped=False,
@@ -403,7 +336,6 @@ _FIRMWARES = (
         cancel_hangs_s=0.15e-3,
         resume_unhangs=False,
         report_bits=_EVERYTHING,
-        empty_accessories=True,
         mute_in_critical=False,
         factory=MappingProxyType({keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 0.0}),
         needs=MappingProxyType({keys.REPORT: _EVERYTHING, keys.SLEEP_ENABLE: 1.0}),
@@ -414,12 +346,9 @@ _FIRMWARES = (
         ("VER:4.0 FluidNC v4.0.5-pre2 (esp32-wifi) :", "OPT:MPHS", "MSG:Machine: arm"),
         dialect=FLUIDNC,
         ring_bytes=256,
-        reported_free_bytes=128,
         stepping=Stepping(11, 1e-3, 20e6 / (8 * 65535)),
         reads_every_s=0.051,
         edits_lines=True,
-        parse_s=1e-3,
-        plan_s=0.2e-3,
         eeprom_s=5e-3,
         deaf_in_eeprom=False,
         boot_s=1.0,
@@ -431,54 +360,46 @@ _FIRMWARES = (
         checks_limits=False,
         limit_locks=False,
         homing_counts=False,
-        raises_pull_off_alarm=False,
         sticks_in_homing=False,
         backs_off_at_feed=True,
         homes_at=0.0,
-        refused_axis=RefusalNumber.NO_SINGLE_AXIS,
         locks_until_homed=True,
-        rechecks_after_pull_off=True,
         failed_homing_restarts=False,
         cancel_hangs_s=0.0,
         resume_unhangs=False,
-        keeps_speed=True,
         mute_in_critical=False,
         silent_in_homing=False,
-        program_end="Program End",
-        how_to_unlock="",
         paths=SettingPaths(
-            single=MappingProxyType(
-                {"stepping/idle_ms": keys.IDLE_MS, "junction_deviation_mm": keys.JUNCTION}
-            ),
-            of_axis=MappingProxyType(
+            numbers=MappingProxyType(
                 {
-                    "steps_per_mm": keys.STEPS_PER_UNIT,
-                    "max_rate_mm_per_min": keys.RATE,
-                    "acceleration_mm_per_sec2": keys.ACCELERATION,
-                    "max_travel_mm": keys.TRAVEL,
-                    "homing/seek_mm_per_min": keys.HOMING_SEEK,
-                    "homing/feed_mm_per_min": keys.HOMING_FEED,
-                    "homing/settle_ms": keys.DEBOUNCE_MS,
-                    "motor0/pulloff_mm": keys.PULL_OFF,
+                    "stepping/idle_ms": keys.IDLE_MS,
+                    "junction_deviation_mm": keys.JUNCTION,
+                    "axes/{}/steps_per_mm": keys.STEPS_PER_UNIT,
+                    "axes/{}/max_rate_mm_per_min": keys.RATE,
+                    "axes/{}/acceleration_mm_per_sec2": keys.ACCELERATION,
+                    "axes/{}/max_travel_mm": keys.TRAVEL,
+                    "axes/{}/homing/seek_mm_per_min": keys.HOMING_SEEK,
+                    "axes/{}/homing/feed_mm_per_min": keys.HOMING_FEED,
+                    "axes/{}/homing/settle_ms": keys.DEBOUNCE_MS,
+                    "axes/{}/motor0/pulloff_mm": keys.PULL_OFF,
                 }
             ),
             fixed=MappingProxyType(
                 {
                     "axes/homing_runs": 2.0,
-                    "homing/seek_scaler": SEARCH,
-                    "homing/feed_scaler": LOCATE,
+                    "axes/{}/homing/seek_scaler": SEARCH,
+                    "axes/{}/homing/feed_scaler": LOCATE,
                 }
             ),
-            listed_first=(
+            listed=(
+                keys.REPORT,
                 keys.INCHES,
                 keys.SOFT_LIMITS,
                 keys.HARD_LIMITS,
                 keys.HOMING,
                 keys.HOMING_DIRECTIONS,
-                keys.MOST_SPEED,
-                keys.LASER,
             ),
-            changeable=MappingProxyType({keys.REPORT: 3.0, keys.INCHES: 1.0}),
+            changeable=(keys.REPORT, keys.INCHES),
         ),
     ),
 )
@@ -568,18 +489,14 @@ class BoardSettings:
             return RefusalNumber.UNKNOWN
         if number == 0 and value < _SHORTEST_PULSE:
             return RefusalNumber.SHORT_PULSE
-        if number == keys.SOFT_LIMITS and value and not self.on(keys.HOMING):
-            return RefusalNumber.LIMITS_WITHOUT_HOMING
         if number >= keys.STEPS_PER_UNIT and not value:
             return RefusalNumber.NEGATIVE  # a real board accepts it, and later divides by zero
         self.values[number] = float(int(value)) if number in _WHOLE_NUMBERS else value
-        if number == keys.HOMING and not value:
-            self.values[keys.SOFT_LIMITS] = 0.0
         return 0
 
-    def written(self) -> list[tuple[int, str]]:
-        """Return numbers and values as `$$` lists them."""
-        return [
-            (number, f"{value:.0f}" if number in _WHOLE_NUMBERS else f"{value:.3f}")
+    def written(self) -> dict[int, str]:
+        """Return the values by number, as `$$` lists them."""
+        return {
+            number: f"{value:.0f}" if number in _WHOLE_NUMBERS else f"{value:.3f}"
             for number, value in sorted(self.values.items())
-        ]
+        }

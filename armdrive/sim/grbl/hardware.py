@@ -117,18 +117,10 @@ class BoardOutputs:
     digital: dict[int, bool] = field(default_factory=dict)
     analog: dict[int, float] = field(default_factory=dict)
 
-    def spin(
-        self, modal: Modal, least_speed: float, most_speed: float, *, keeps: bool = False
-    ) -> None:
-        """Switch the spindle according to the modes, within the speeds `$31` and `$30`.
-
-        A board that `keeps` the speed of a spindle that stands goes on to report it.
-        """
+    def spin(self, modal: Modal) -> None:
+        """Switch the spindle according to the modes."""
         self.spindle = modal.spindle
-        if keeps and modal.spindle == "M5":
-            return
-        turns = modal.spindle != "M5" and modal.speed > 0.0
-        self.speed = min(max(modal.speed, least_speed), most_speed) if turns else 0.0
+        self.speed = 0.0 if modal.spindle == "M5" else modal.speed
 
     def cool(self, word: str) -> None:
         """Switch coolant: M7 and M8 add up, M9 ends both."""
@@ -140,7 +132,7 @@ class BoardOutputs:
         if word in ("M67", "M68"):
             self.analog[int(values["E"])] = values["Q"]
         else:
-            self.digital[int(values["P"])] = word in ("M62", "M64")
+            self.digital[int(values["P"])] = word == "M64"
 
     def off(self) -> None:
         """Stop spindle and coolant, as every reset does; ports keep their values."""
@@ -215,19 +207,15 @@ class OutputFingers:
 
 
 class Switches:
-    """The limit switches, by the number of their axis; an axis without a motor has none.
-
-    `unwatched` are the axes whose switch was pressed, and at which the board does not look again.
-    """
+    """The limit switches, by the number of their axis; an axis without a motor has none."""
 
     def __init__(self, by_axis: Mapping[int, LimitSwitch]) -> None:
         self.by_axis = by_axis
-        self.unwatched: set[int] = set()
 
     def pressed(self, axis: int) -> bool:
         """Return whether the board sees a switch pressed."""
         one = self.by_axis.get(axis)
-        return one is not None and (one.pressed or axis in self.unwatched)
+        return one is not None and one.pressed
 
     def mask(self) -> int:
         """Return a bit for each switch seen pressed, the first axis in the lowest bit."""
@@ -287,13 +275,11 @@ class BoardDrive(MotorDrive[PathRack]):
         per_unit = self.rack.limits.steps_per_unit
         return tuple(count / per for count, per in zip(counts, per_unit, strict=True))
 
-    def queue_to(
-        self, target: Sequence[float], rate: float, now_s: float, *, rapid: bool = False
-    ) -> bool:
+    def queue_to(self, target: Sequence[float], rate: float, now_s: float) -> bool:
         """Queue a line to a target in units; return False if it has no length."""
         self.follow(now_s)
         deltas = self.steps_of(target) - self.rack.goal
-        return self.rack.queue(deltas, rate, now_s, rapid=rapid)
+        return self.rack.queue(deltas, rate, now_s)
 
     def live(self, now_s: float) -> bool:
         """Do what is due; return True if the motors have come to a stand."""

@@ -3,7 +3,7 @@
 `PathRack.queue` makes a `PlannedLine`, and plans the rest of the path again: `_entries` goes back
 from the stop at the end and limits the speed at each corner; `planned` goes forwards and lays a
 trapezoid along each line. That gives a list of `PlannerStretch`, of which `positions` reads the
-counts at any time. A hold, a resume and an override plan again in the same way.
+counts at any time. A hold and a resume plan again in the same way.
 
 Units: motor steps; the controller's own units (mm or degrees); seconds.
 """
@@ -43,7 +43,7 @@ class PathLimits:
 
 @dataclass(frozen=True, slots=True)
 class PlannedLine:
-    """A line by its steps; `rate` is the rate requested, and `most` the rate the axes allow.
+    """A line by its steps; `rate` is its cruising speed.
 
     `step` is the length of one step of the busiest motor. The line is no slower than `least`, and
     begins no faster than `corner`, the speed at which the corner before it may be passed.
@@ -53,16 +53,10 @@ class PlannedLine:
     length: float
     unit: tuple[float, ...]
     acceleration: float
-    most: float
     rate: float
-    rapid: bool
     step: float
     least: float
     corner: float
-
-    def nominal(self, scale: tuple[float, float]) -> float:
-        """Return the line's cruising speed; `scale` is the override of feeds and of rapids."""
-        return min((self.most if self.rapid else self.rate) * scale[self.rapid], self.most)
 
     def made(self, along: float) -> tuple[int, ...]:
         """Return the steps made at a length along the line."""
@@ -77,14 +71,12 @@ def line(
     limits: PathLimits,
     rate: float,
     slowest_hz: float = 0.0,
-    *,
-    rapid: bool = False,
     before: PlannedLine | None = None,
 ) -> PlannedLine | None:
     """Return a line of some steps at a rate in units per second; None if it has no length.
 
-    Its busiest motor turns no slower than `slowest_hz` steps per second. `before` is the line that
-    it follows.
+    It is no faster than its axes allow, and its busiest motor turns no slower than `slowest_hz`
+    steps per second. `before` is the line that it follows.
     """
     way = [count / per for count, per in zip(deltas, limits.steps_per_unit, strict=True)]
     length = math.hypot(*way)
@@ -92,12 +84,10 @@ def line(
         return None
     unit = tuple(part / length for part in way)
     slope = limits.along(unit, limits.acceleration)
-    most = limits.along(unit, limits.most_rate)
+    rate = min(rate, limits.along(unit, limits.most_rate))
     step = length / max(map(abs, deltas))
     corner = math.inf if before is None else _corner_speed(before.unit, unit, limits)
-    return PlannedLine(
-        Motors(deltas), length, unit, slope, most, rate, rapid, step, slowest_hz * step, corner
-    )
+    return PlannedLine(Motors(deltas), length, unit, slope, rate, step, slowest_hz * step, corner)
 
 
 def _corner_speed(one: Sequence[float], other: Sequence[float], limits: PathLimits) -> float:
@@ -136,10 +126,9 @@ def planned(
     along: float,
     speed: float,
     now_s: float,
-    scale: tuple[float, float],
 ) -> list[PlannerStretch]:
     """Plan from a length along the first line, at a speed, to the end of the last line."""
-    entries = _entries(lines, scale)
+    entries = _entries(lines)
     stretches: list[PlannerStretch] = []
     for number, one in enumerate(lines):
         first = along if number == 0 else 0.0
@@ -148,7 +137,7 @@ def planned(
         leave = min(entries[number + 1], math.sqrt(speed**2 + room))
         leave = max(leave, math.sqrt(max(speed**2 - room, 0.0)))
         slope = one.acceleration
-        shape = trapezoid(speed, one.nominal(scale), leave, far, slope, slope)
+        shape = trapezoid(speed, one.rate, leave, far, slope, slope)
         now_s = _lay(stretches, one, first, _floored(shape, one.least), now_s)
         speed = leave
     return stretches
@@ -173,11 +162,9 @@ def braked(
     return stretches
 
 
-def _entries(lines: Sequence[PlannedLine], scale: tuple[float, float]) -> list[float]:
+def _entries(lines: Sequence[PlannedLine]) -> list[float]:
     """Return the greatest speeds at which each line may begin; the speed after the last is 0."""
-    corners = [
-        min(b.corner, a.nominal(scale), b.nominal(scale)) for a, b in itertools.pairwise(lines)
-    ]
+    corners = [min(b.corner, a.rate, b.rate) for a, b in itertools.pairwise(lines)]
     entries = [math.inf, *corners, 0.0]
     for number in range(len(lines) - 1, 0, -1):
         one = lines[number]
@@ -226,9 +213,8 @@ def _lay(
 # --- The steppers, as GRBL's planner has them follow the lines -----------------------------------
 # Positions are known at any time without ticking: the path length is piecewise quadratic in time,
 # and each motor stands at the step nearest to the path. Lines may be queued while others run, the
-# motion can be held and resumed, and its speed overridden. Each of these replans, except for the
-# segments that are already computed: those are executed unchanged (gnea/grbl grbl/stepper.c,
-# st_prep_buffer).
+# motion can be held and resumed. Each of these replans, except for the segments that are already
+# computed: those are executed unchanged (gnea/grbl grbl/stepper.c, st_prep_buffer).
 
 SEGMENT_S = 0.01  # GRBL's ACCELERATION_TICKS_PER_SECOND of 100 (gnea/grbl grbl/config.h)
 # A segment lasts until its busiest motor has made this many steps per 10 ms, or to the line's end.
@@ -267,18 +253,11 @@ class PathRack:
         self._along = 0.0
         """How far along the first line the motors stood at the last `settle`."""
         self._held = False
-        self._scale = (1.0, 1.0)
-        """The overrides of feeds and of rapids."""
 
     @property
     def moving(self) -> bool:
         """Whether a motion is under way, or has ended since the last call of `settle`."""
         return bool(self._stretches)
-
-    @property
-    def held(self) -> bool:
-        """Whether the motion is held, or is slowing down to be held."""
-        return self._held
 
     @property
     def waiting(self) -> int:
@@ -304,21 +283,10 @@ class PathRack:
         """Return how many of the lines will have ended by a time, as planned now."""
         return sum(1 for each in self._stretches if each.last and each.piece.end_s <= time_s)
 
-    def queue(
-        self,
-        deltas: Sequence[int],
-        rate: float,
-        now_s: float,
-        *,
-        rapid: bool = False,
-    ) -> bool:
-        """Append a line by its steps, at a rate in units per second; False if it has no length.
-
-        A `rapid` line goes as fast as the axes allow.
-        """
+    def queue(self, deltas: Sequence[int], rate: float, now_s: float) -> bool:
+        """Append a line by its steps, at a rate in units per second; False if it has no length."""
         before = self._lines[-1] if self._lines else None
-        slowest_hz = self._stepping.slowest_hz
-        added = line(deltas, self.limits, rate, slowest_hz, rapid=rapid, before=before)
+        added = line(deltas, self.limits, rate, self._stepping.slowest_hz, before)
         if added is None:
             return False
         computed_s = self.computed_s(now_s)
@@ -337,11 +305,6 @@ class PathRack:
     def resume(self, now_s: float) -> None:
         """Resume the path."""
         self._held = False
-        self._replan(now_s, self.computed_s(now_s))
-
-    def override(self, feed: float, rapid: float, now_s: float) -> None:
-        """Scale the speeds of feeds and of rapids from now on; 1 means as requested."""
-        self._scale = (feed, rapid)
         self._replan(now_s, self.computed_s(now_s))
 
     def computed_s(self, now_s: float, segments: int | None = None) -> float:
@@ -387,8 +350,7 @@ class PathRack:
         if found is None:
             return 0.0
         speed = found.piece.speed_at(now_s)
-        crawls = speed <= found.line.least
-        return min(speed, found.line.nominal(self._scale)) if crawls else speed
+        return min(speed, found.line.rate) if speed <= found.line.least else speed
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a time."""
@@ -468,7 +430,7 @@ class PathRack:
         from_s = max(from_s, kept[-1].piece.end_s) if kept else now_s
         lines = list(self._lines)[sum(each.last for each in kept) :]
         if not self._held:
-            kept += planned(lines, along, speed, from_s, self._scale)
+            kept += planned(lines, along, speed, from_s)
         elif speed > 0.0:
             kept += braked(lines, along, speed, from_s)
         self._follow_on(kept)

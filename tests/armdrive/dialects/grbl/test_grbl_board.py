@@ -719,7 +719,7 @@ GRIPPERS = [
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
-@pytest.mark.parametrize("hold", ["!", "\x84"])
+@pytest.mark.parametrize("hold", ["!"])
 def test_no_line_that_waits_in_a_hold_is_carried_out_when_an_arm_connects(firmware, hold):
     said = ["G1G91X7F600\n", hold, "G1G91X10F300\nG1G91X20F300\n"]
     check_kept(*left(config(), said, firmware=firmware))

@@ -1,18 +1,18 @@
-"""GRBL's lines both ways: commands, answers, G-code."""
+"""GRBL's lines both ways, its host and its device."""
 
 import math
 import struct
-from typing import get_args
 
 import pytest
 from amounts import every_row
 from cases_grbl import ANSWERS, COMMANDS, SIX_AXES
+from chunks import carried, events
 from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol import grbl
-from firmware_protocol.errors import BadField, RemoteProtocolError
-from firmware_protocol.grbl.answers import WordedAlarm, WordedError, decode_answer
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.grbl.answers import WordedError, decode_answer
 from firmware_protocol.grbl.dialect import NUMBER_MAX, take_number
 
 # -- Commands --------------------------------------------------------------------------------------
@@ -21,7 +21,7 @@ PLACE = (0.0, -10.0, 5.125)
 TEXTS = [
     *zip(
         grbl.SystemCommand,
-        ("$$", "$I", "$G", "$X", "$C", "$SLP"),
+        ("$$", "$I", "$X", "$SLP"),
         strict=True,
     ),
     (grbl.Home(), "$H"),
@@ -43,9 +43,6 @@ REFUSED = [
     (lambda: grbl.Banner("1 1"), "version"),
     (lambda: grbl.Banner(""), "version"),
     (lambda: grbl.Banner("1.1", firmware="v3"), "firmware"),
-    (lambda: grbl.Setting("12", "on"), "key"),
-    (lambda: grbl.Setting(1, " on"), "value"),
-    (lambda: grbl.StatusReport(grbl.State.IDLE), "machine_position"),
     (lambda: grbl.StatusReport("Id|le", None, PLACE), "state"),
     (lambda: grbl.StatusReport(grbl.State.IDLE, None, PLACE, others=("FS:1",)), "others"),
     (lambda: grbl.Dialect(axes="XX"), "axes"),
@@ -56,10 +53,6 @@ REFUSED = [
 def test_the_text_of_every_line(command, text):
     assert command.text == text
     assert not isinstance(grbl.parse_line(text.replace(" ", ""), SIX_AXES), grbl.Rejected)
-
-
-def test_the_table_has_every_line():
-    assert {type(command) for command, _ in TEXTS} == set(get_args(grbl.Command))
 
 
 @every_row("build, field", REFUSED)
@@ -123,20 +116,13 @@ LINES = [
     ),
     (grbl.StatusReport(grbl.State.IDLE, None, PLACE), "<Idle|MPos:0.000,-10.000,5.125>"),
     (
-        grbl.StatusReport(grbl.State.HOLD, 1, None, PLACE, feed=500.0, speed=8000.0, pins="PZ"),
-        "<Hold:1|WPos:0.000,-10.000,5.125|FS:500,8000|Pn:PZ>",
-    ),
-    (
         grbl.StatusReport(
-            *(grbl.State.RUN, None, PLACE, None, 15, 128, 1.5),
-            work_offset=(1.0, 2.0, 3.0),
-            overrides=(100, 50, 100),
-            accessories="SF",
-            others=("Ln:99", "Qm:7"),
+            *(grbl.State.HOLD, 1, PLACE, 15, 128, 500.0, 8000.0, "PZ", (100, 50, 100), "SF"),
+            others=("WCO:1.000,2.000,3.000", "Ln:99"),
         ),
         (
-            "<Run|MPos:0.000,-10.000,5.125|Bf:15,128|F:1.5"
-            "|WCO:1.000,2.000,3.000|Ov:100,50,100|A:SF|Ln:99|Qm:7>"
+            "<Hold:1|MPos:0.000,-10.000,5.125|Bf:15,128|FS:500,8000|Pn:PZ|Ov:100,50,100|A:SF"
+            "|WCO:1.000,2.000,3.000|Ln:99>"
         ),
     ),
 ]
@@ -145,7 +131,7 @@ TOLERATED = [
     (b"\0\0ok ", grbl.Ok()),
     (b"error: 9", grbl.Error(9)),
     (b"error:Bad number format", WordedError("Bad number format")),
-    (b"ALARM: Hard limit", WordedAlarm("Hard limit")),
+    (b"<Idle|WPos:1.000|F:1.5>", grbl.StatusReport("Idle", others=("WPos:1.000", "F:1.5"))),
     (b"$0=10 (step pulse, usec)", grbl.Setting(0, "10")),
     (b"[AXS:6:XYZABC]", grbl.AxesInfo("XYZABC")),
     (b"[AXS: 5: XYZAB]", grbl.AxesInfo("XYZAB")),
@@ -165,28 +151,12 @@ TOLERATED = [
 
 UNREADABLE = [
     *(b"okk", b"ok1", b"o", b"error:", b"error:0", b"error:2x", b"error:1000", b"ALARM:", b"hello"),
-    *(
-        b"<Idle",
-        b"<Idle>",
-        b"<|MPos:0>",
-        b"<Idle|MPos:0,,0>",
-        b"<Idle|MPos:0|MPos:0>",
-        b"<1|MPos:0>",
-    ),
-    *(b"<Idle|MPos:1|WPos:1>", b"<Idle|MPos:1e3>", b"<Idle|MPos:nan>", b"<Idle|MPos:1|Bf:1>"),
-    *(
-        b"<Idle|MPos:0|Ov:1,2>",
-        b"<Idle|MPos:0<Idle|MPos:0>",
-        b"<Idle|MPos:0|F:1|FS:1,2>",
-        b"<Idle|MPos:0|F:1,2>",
-    ),
+    *(b"<Idle", b"<|MPos:0>", b"<Idle|MPos:0,,0>", b"<Idle|MPos:0|MPos:0>", b"<1|MPos:0>"),
+    *(b"<Idle|MPos:1e3>", b"<Idle|MPos:nan>", b"<Idle|MPos:1|Bf:1>", b"<Idle|MPos:0|Ov:1,2>"),
+    *(b"<Idle|MPos:0<Idle|MPos:0>", b"<Idle|MPos:0|FS:1>", b"ALARM: Hard limit"),
     *(b"[MSG:open", b"[OPT:V,x,128]", b"[AXS:6:]", b"[AXS:3:XYQ]", b"$5"),
     *(b"Grbl 1.1h", b"Grbl 1.1h ['$' for hel", b"\xffok", b"ok\x80", b"$100=\x01"),
 ]
-
-
-def test_the_table_has_every_answer():
-    assert {type(answer) for answer, _ in LINES} == set(get_args(grbl.Answer))
 
 
 @every_row("answer, line", LINES)
@@ -216,22 +186,38 @@ def test_every_answer_is_read_back_as_it_was(answer):
 
 REFUSED_LINES = [
     *(("1X", 1), ("G1X1=", 1), ("GX", 2), ("G1X", 2), ("X-", 2), ("F-1", 4), ("M3S-1", 4)),
-    *((word, 20) for word in ("G5", "M6", "G1.5", "D1", "G2X1I1F1", "G28", "G92X1", "G93", "M0")),
+    *(
+        (word, 20)
+        for word in (
+            "G5",
+            "M6",
+            "G1.5",
+            "D1",
+            "G2X1I1F1",
+            "G4P1",
+            "G28",
+            "G92X1",
+            "G93",
+            "M0",
+            "M30",
+            "M62P0",
+        )
+    ),
     *(
         ("G0G1", 24),
         ("G1X1F100G1X2F100", 24),
         ("G90G91", 21),
         ("M3M5", 21),
         ("G20G21", 21),
-        ("M62P0M63P0", 21),
+        ("M64P0M65P0", 21),
     ),
     *(("X1X2", 25), ("F1F2", 25), ("$", 3)),
-    *(("$X1", 3), ("$Q", 2), ("$JX", 3), ("$1=", 2), ("$1=2X", 3), ("$1", 3)),
+    *(("$X1", 3), ("$Q", 3), ("$JX", 3), ("$1=", 2), ("$1=2X", 3), ("$1", 3)),
     *(("$RST=!", 3), ("$RST", 3), ("$HQ", 3), ("$HXY", 3), ("$SLEEP", 3), ("$N2=G54", 3)),
 ]
 
 MODAL_REFUSED = [
-    *(("G1X1", 22), ("G1", 22), ("G4", 28), ("G1F1X1P1", 36), ("M62", 28), ("M67E1", 28)),
+    *(("G1X1", 22), ("G1", 22), ("G1F1X1P1", 36), ("M64", 28), ("M67E1", 28)),
 ]
 
 JOGS_REFUSED = [
@@ -277,7 +263,8 @@ def test_a_bracket_that_ends_no_comment_is_refused_or_dropped(dialect, codes):
 
 def test_what_a_board_lacks_it_refuses():
     assert grbl.parse_line("A1", grbl.GRBL).code == 20
-    assert grbl.parse_line("M62P0", grbl.GRBL).code == 20
+    assert grbl.parse_line("M64P0", grbl.GRBL).code == 20
+    assert grbl.parse_line("X" * 80, grbl.GRBL).code == 11
     assert grbl.parse_line("$HX", grbl.GRBL).code == 3
     assert grbl.parse_line("$HXY", grbl.GRBLHAL).code == 3
     assert grbl.parse_line("$HC", grbl.GRBLHAL) == grbl.Home("C")
@@ -304,10 +291,7 @@ def test_modes_last_from_block_to_block():
     assert modes == grbl.Modal(
         *("G1", "G54", "G17", "G20", "G91", "M3", "M8"), feed=254.0, speed=100.0
     )
-    assert modes.report.line == "[GC:G1 G54 G17 G20 G91 G94 M3 M8 T0 F254 S100]"
     assert modes.unit_mm == 25.4
-    ended = modes.after(grbl.parse_block("M30", SIX_AXES))
-    assert ended == grbl.Modal("G1", units="G20", feed=254.0, speed=100.0)
 
 
 def test_a_jog_changes_no_mode_but_has_its_own_while_it_lasts():
@@ -329,13 +313,6 @@ def test_lines_are_stored_as_grbl_stores_them(raw, stored):
     assert grbl.LineReader().feed(raw.encode() + b"\n") == [stored]
 
 
-def test_each_line_end_counts_on_grbl_and_a_pair_is_one_on_grblhal():
-    for dialect, lines in ((SIX_AXES, ["G0", "", "G1", ""]), (grbl.GRBLHAL, ["G0", "G1", ""])):
-        reader = grbl.LineReader(dialect)
-        found = [line for byte in b"G0\r\nG1\n\n" for line in reader.feed(bytes([byte]))]
-        assert found == lines
-
-
 def test_the_names_of_settings_keep_their_slashes_on_fluidnc_alone():
     for dialect, stored in (
         (SIX_AXES, "$AXES=1"),
@@ -345,7 +322,178 @@ def test_the_names_of_settings_keep_their_slashes_on_fluidnc_alone():
         assert grbl.LineReader(dialect).feed(b"$/a/xes=1\n/G1X1\n") == [stored, "G1X1"]
 
 
-def test_the_longest_line_passes_and_one_character_more_does_not():
-    found = grbl.LineReader().feed(b"X" * 79 + b"\n" + b"X " * 80 + b"\nG0\n")
-    too_long = grbl.Unusable("X" * 79, "a line of more than 79 characters")
-    assert found == ["X" * 79, too_long, "G0"]
+def test_the_rest_of_a_line_that_is_too_long_is_dropped():
+    found = grbl.LineReader().feed(b"X" * 79 + b"\n" + b"X " * 99 + b"\nG0\n")
+    assert found == ["X" * 79, "X" * 80, "G0"]
+
+
+# -- The host --------------------------------------------------------------------------------------
+
+
+X1, X2 = (grbl.Line(f"G90G1X{n}F100") for n in (1, 2))
+BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
+
+
+def heard(host: grbl.Host, data: bytes) -> list:
+    host.receive_data(data)
+    return events(host)
+
+
+def sent(command, dialect=SIX_AXES) -> grbl.Host:
+    host = grbl.Host(dialect)
+    host.send(command)
+    return host
+
+
+def test_an_answer_belongs_to_the_line_that_was_sent():
+    host = sent(X1)
+    assert host.outstanding == X1
+    assert heard(host, b"ok\r\n") == [grbl.Acknowledged(X1)]
+    host.send(X2)
+    refused = grbl.Refused(X2, 24, grbl.ERRORS[24].meaning, grbl.ERRORS[24].remedy)
+    assert heard(host, b"error:24\r\nok\r\n") == [refused, grbl.Stray(grbl.Ok())]
+    assert host.outstanding is None
+
+
+def test_what_is_pushed_answers_nothing():
+    host = sent(X1)
+    found = heard(host, b"[MSG:Pgm End]\r\n<Idle|MPos:0,0,0,0,0,0>\r\n>G54:ok\r\n$1=255\r\n")
+    assert found[3] == grbl.Setting(1, "255")
+    assert len(found) == 4
+    assert host.outstanding == X1
+
+
+def test_nothing_is_sent_while_a_line_is_unanswered():
+    host = sent(X1)
+    with pytest.raises(LocalProtocolError, match="'G90G1X1F100' is unanswered"):
+        host.send(X2)
+    assert host.outstanding == X1
+    host.forget_outstanding()
+    assert heard(host, b"error:9\r\n") == [grbl.Stray(grbl.Error(9))]
+    host.send(X2)
+    assert heard(host, b"ok\r\n" + BANNER) == [
+        grbl.Acknowledged(X2),
+        grbl.Restarted(grbl.Banner()),
+    ]
+
+
+def test_a_line_that_is_too_long_for_the_board_is_not_sent():
+    host = sent(grbl.Line("X" * 79), grbl.GRBL)
+    host.forget_outstanding()
+    with pytest.raises(LocalProtocolError, match="has 80 characters, the board takes 79"):
+        host.send(grbl.Line("X" * 80))
+    assert host.outstanding is None
+
+
+def test_realtime_commands_are_bytes_of_their_own_and_legal_at_any_time():
+    host = sent(X1)
+    assert host.send_realtime(grbl.Realtime.STATUS) == b"?"
+    assert host.send_realtime(grbl.Realtime.JOG_CANCEL) == b"\x85"
+    assert host.outstanding == X1
+    with pytest.raises(LocalProtocolError):
+        host.send_realtime("?")
+
+
+def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
+    host = sent(X1)
+    assert host.send_realtime(grbl.Realtime.SOFT_RESET) == b"\x18"
+    with pytest.raises(LocalProtocolError, match="its banner has not come"):
+        host.send(X2)
+    assert heard(host, BANNER) == [grbl.Restarted(grbl.Banner())]
+    assert host.outstanding is None
+    host.send_realtime(grbl.Realtime.SOFT_RESET)
+    host.forget_outstanding()
+    host.send(X2)
+
+
+# -- the events that it makes of what is heard ----------------------------------------------------
+
+
+def test_a_report_with_another_number_of_axes_is_not_believed():
+    (event,) = heard(grbl.Host(SIX_AXES), b"<Idle|MPos:0.000,0.000,0.000>\n")
+    assert isinstance(event, grbl.Unreadable)
+    assert event.reason == "coordinates: 3, but the board has 6 axes"
+
+
+@every_row("code", range(1, 19))
+def test_an_alarm_tells_whether_the_position_is_kept(code):
+    (event,) = heard(grbl.Host(), b"ALARM:%d\r\n" % code)
+    assert isinstance(event, grbl.AlarmRaised)
+    assert event.position_kept == (code in (2, 4, 5))
+    assert event.meaning == (grbl.ALARMS[code].meaning if code <= 9 else event.meaning)
+
+
+def test_codes_above_grbls_mean_what_the_firmware_says():
+    texts = {
+        heard(grbl.Host(dialect), b"ALARM:10\r\n")[0].meaning
+        for dialect in (grbl.GRBL, grbl.GRBLHAL, grbl.FLUIDNC)
+    }
+    assert len(texts) == 3
+
+
+def test_a_host_learns_the_firmware():
+    host = grbl.Host(SIX_AXES)
+    heard(host, b"GrblHAL 1.1f ['$' or '$HELP' for help]\r\n")
+    assert host.dialect.variant is grbl.Variant.GRBLHAL
+    host = grbl.Host(SIX_AXES)
+    heard(host, b"[FIRMWARE:grblHAL]\r\n" + BANNER)
+    assert host.dialect.variant is grbl.Variant.GRBLHAL
+    heard(host, b"[VER:3.7 FluidNC v3.7.8:]\r\n")
+    assert host.dialect.variant is grbl.Variant.FLUIDNC
+
+
+def test_a_refusal_in_words_is_not_lost():
+    host = sent(X1)
+    (refused,) = heard(host, b"error:Bad number format\r\n")
+    assert refused == grbl.Refused(X1, None, "Bad number format", refused.remedy)
+
+
+# -- The device, and both machines wired to each other ---------------------------------------------
+
+
+def test_a_stream_is_parted_into_realtime_commands_and_text_in_their_order():
+    status, cancel = grbl.Realtime.STATUS, grbl.Realtime.JOG_CANCEL
+    assert [*grbl.pieces(b"G1?X\x85\xff1\x91\n")] == [b"G1", status, b"X", cancel, b"1", b"\n"]
+    for command in grbl.Realtime:
+        assert [*grbl.pieces(grbl.Host().send_realtime(command))] == [command]
+
+
+def test_each_line_is_answered_once():
+    device = grbl.Device(SIX_AXES)
+    with pytest.raises(LocalProtocolError, match="no line is unanswered"):
+        device.send(grbl.Ok())
+    device.receive_data(b"\nG5\n")
+    assert events(device)[0] == grbl.LineReceived("", grbl.Empty())
+    assert device.unanswered == 2
+    assert device.send(grbl.Ok()) == b"ok\r\n"
+    assert device.send(grbl.Feedback("Pgm End")) == b"[MSG:Pgm End]\r\n"
+    assert device.send(grbl.Error(20)) == b"error:20\r\n"
+    with pytest.raises(LocalProtocolError):
+        device.send(grbl.Error(20))
+
+
+def test_after_a_banner_nothing_is_owed_and_discarded_bytes_are_gone():
+    device = grbl.Device(SIX_AXES)
+    device.receive_data(b"G0\nG1\nG")
+    device.next_event()
+    device.discard()
+    assert (device.unanswered, events(device)) == (0, [])
+    device.receive_data(b"$X\n")
+    assert device.next_event() == grbl.LineReceived("$X", grbl.SystemCommand.UNLOCK)
+    assert device.send(grbl.Banner()) == b"\r\nGrbl 1.1h ['$' for help]\r\n"
+    assert device.unanswered == 0
+
+
+@given(st.lists(st.tuples(COMMANDS, st.booleans()), max_size=6), st.data())
+def test_every_script_arrives_whole_at_both_ends(script, data):
+    host, device = grbl.Host(SIX_AXES), grbl.Device(SIX_AXES)
+    for command, taken in script:
+        (line,) = carried(data.draw, host.send(command), device)
+        assert (line.text, line.content) == (
+            command.text,
+            grbl.parse_line(command.text, SIX_AXES),
+        )
+        (event,) = carried(data.draw, device.send(grbl.Ok() if taken else grbl.Error(9)), host)
+        assert isinstance(event, grbl.Acknowledged if taken else grbl.Refused)
+        assert event.command == command
+    assert (host.outstanding, device.unanswered) == (None, 0)
