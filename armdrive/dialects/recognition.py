@@ -91,8 +91,7 @@ class Recognition:
     """How one dialect is recognised.
 
     `sign` identifies the firmware from received bytes, and never raises. The first of `probes` is
-    the dialect's own, which is enough for a device that is switched on and at rest. `details` is
-    sent to a board that has just sent its greeting; before that it may hold a half-received line.
+    the dialect's own, which is enough for a device that is switched on and at rest.
     `obeys_letters` means that a single letter can move the arm, so it is probed before bytes of
     another baud rate can reach it. `greets_on_open` means that a board greets each program that
     opens its port, so that a greeting is no sign of a restart. `datagrams` means that it can be
@@ -103,7 +102,6 @@ class Recognition:
     sign: Callable[[bytes], Identity | None]
     certainty: Certainty
     probes: tuple[Probe, ...]
-    details: Probe | None = None
     obeys_letters: bool = False
     greets_on_open: bool = False
     datagrams: bool = False
@@ -112,8 +110,7 @@ class Recognition:
     def of(self, dialect: str, baud: int) -> Recognition:
         """Return the same with probes for a dialect at its usual baud rate."""
         probes = tuple(replace(each, dialect=dialect, baud=baud) for each in self.probes)
-        details = self.details and replace(self.details, dialect=dialect, baud=baud)
-        return replace(self, probes=probes, details=details)
+        return replace(self, probes=probes)
 
 
 def in_safe_order(probes: Iterable[Probe]) -> tuple[Probe, ...]:
@@ -162,11 +159,6 @@ class Recogniser:
         """Return a dialect's own probe, at its usual baud rate."""
         known = self.known.get(dialect)
         return None if known is None else known.probes[0]
-
-    def details(self, dialect: str) -> Probe | None:
-        """Return the probe for a board that has just sent its greeting."""
-        known = self.known.get(dialect)
-        return None if known is None else known.details
 
     def greets_on_open(self, dialect: str) -> bool:
         """Return whether a board greets when its port is opened, also if it did not restart."""

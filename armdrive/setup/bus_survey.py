@@ -7,11 +7,10 @@ another program commands them. Nothing is set without the user's consent.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
-from typing import TypeVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import require_real_ports
@@ -26,7 +25,7 @@ from armdrive.dialects.bus.tools import (
     frame_scripts,
     of_nobody,
 )
-from armdrive.dialog import Finding, note, ok, problem
+from armdrive.dialog import note, ok, problem
 from armdrive.errors import BadRequest, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
@@ -49,15 +48,13 @@ from armdrive.transports import opening, ports
 from armdrive.transports.address import CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
 
-T = TypeVar("T")
-
 
 def probe(port: str) -> Report:
     """Open any port and report what it leads to; moves nothing. Raises `LinkError`."""
     require_real_ports()
     report = Report(port)
     if is_can(port):
-        BusSurvey(report, None).run()
+        survey_bus(report)
         bus = DIALECTS[report.dialect].bus if report.dialect else None
         if bus is not None and bus.hint:
             report.add([note(f"`{_next_command(bus, port)}` {bus.hint}")])
@@ -100,156 +97,123 @@ def only_bus() -> str:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class BusSurvey:
-    """A survey of a CAN bus; its findings go to the report.
+def survey_bus(
+    report: Report,
+    config: ArmConfig | None = None,
+    ids: Sequence[int] = (),
+    *,
+    every_rate: bool = False,
+    agree: Agree | None = None,
+) -> Diagnosis:
+    """Survey a CAN bus; the findings go to the report.
 
-    `ids` are asked; if empty, the usual ones and those of the arm file. With `every_rate`, other
-    bit rates are tried if no drive answers. With `agree`, settings that differ are written if it
-    returns True.
+    `config` is the arm whose drives are expected. `ids` are asked; if empty, the usual ones and
+    those of the arm. With `every_rate`, other bit rates are tried if no drive answers. With
+    `agree`, settings that differ are written if it returns True.
     """
-
-    report: Report
-    config: ArmConfig | None
-    ids: tuple[int, ...] = ()
-    every_rate: bool = False
-    agree: Agree | None = None
-
-    def run(self) -> Diagnosis:
-        """Survey the bus."""
-        report, config = self.report, self.config
-        address = CanAddress.parse(report.port)
-        master = getattr(config.device, "master_id", None) if config is not None else None
-        traffic = self._locked(lambda: listened(address, master))
-        report.add(of_listening(traffic, LISTEN_S, _bits_s(address)))
-        if traffic.commands:
-            return Diagnosis.PROBLEM
-        if config is not None and self.agree is not None:
-            # before the drives are asked, so that their settings are reported as written
-            compare_settings(config, report, self.agree)
-        # comparing settings takes the lock itself, so it is held for each look alone
-        seen = nodes_seen(traffic.passing)
-        found = self._locked(lambda: self._asked(address, seen))
-        report.more["drives"] = [view for each in found for view in each.views]
-        if config is not None:
-            self._weigh(config, found)
-        else:
-            self._advise(found)
-        return report.diagnosis if any(each.there for each in found) else Diagnosis.NO_ARM
-
-    def _locked(self, look: Callable[[], T]) -> T:
-        """Look at the bus while no other armdrive program has it."""
-        port = self.report.port
-        with hold(self.config.name if self.config is not None else port, port):
-            return look()
-
-    def _asked(self, address: CanAddress, seen: SeenNodes) -> tuple[Answers, ...]:
-        """Ask the ids and report the answers; try other bit rates if no drive answers."""
-        report, config = self.report, self.config
-        known = config.device.ids if config is not None else ()
-        ids = self.ids or tuple(sorted({*IDS, *known}))
+    address = CanAddress.parse(report.port)
+    # comparing settings takes the lock itself, so it is held for each look alone
+    locked = partial(hold, report.port if config is None else config.name, report.port)
+    with locked():
+        traffic = listened(address, config)
+    report.add(of_listening(traffic, LISTEN_S, _bits_s(address)))
+    if traffic.commands:
+        return Diagnosis.PROBLEM
+    if config is not None and agree is not None:
+        # before the drives are asked, so that their settings are reported as written
+        compare_settings(config, report, agree)
+    known = config.device.ids if config is not None else ()
+    ids = ids or sorted({*IDS, *known})
+    with locked():
         dialect = config.connection.dialect if config is not None else ""
-        found, health, lost = _answers(address, ids, seen, dialect)
+        found, health, lost = _answers(address, ids, nodes_seen(traffic.passing), dialect)
         report.add(of_health(health, lost))
         for each in found:
-            report.add(each.findings(health, config.name if config else "NAME"))
+            report.add(each.findings(health, config.name if config is not None else "NAME"))
         answered = any(each.there for each in found)
         if not answered:
             report.add([of_nobody(ids, health)])
-        report.more["bus"] = {"state": health.state.value, **_counters(health)}
-        if self.every_rate and not answered:
-            _try_every_rate(address, ids, report)
-        return found
-
-    def _weigh(self, config: ArmConfig, found: Sequence[Answers]) -> None:
-        """Compare the answers with the arm file, and the settings if connecting sets nothing."""
-        dialect, ids = config.connection.dialect, config.device.ids
-        for each in found:
-            row = protocols()[each.protocol]
-            if row.dialect != dialect:
-                if each.there:
-                    self.report.add([_other(row, dialect)])
-                continue
-            self.report.add(of_arm(ids, each.there, config.name, dialect))
-            self.report.add(each.of_arm(ids))
-            if set(ids) <= set(each.there) and row.connects and self.agree is None:
-                compare_settings(config, self.report, None)
-
-    def _advise(self, found: Sequence[Answers]) -> None:
-        """Report what drives these are that no arm file names, and the command for them."""
+            if every_rate:
+                _try_every_rate(address, ids, report)
+    counters = ("sent", "received", "refused", "error_frames", "read_errors", "overrun")
+    report.more["bus"] = {"state": health.state.value} | {
+        name: getattr(health, name) for name in counters
+    }
+    report.more["drives"] = [view for each in found for view in each.views]
+    if config is not None:
+        _compare(report, config, found, settings=agree is None)
+    else:
         rows = [protocols()[each.protocol] for each in found if each.drives]
-        self.report.more["dialect"] = rows[0].dialect if rows else ""
-        if any(each.there for each in found):
-            self.report.more["next"] = [_next_command(row, self.report.port) for row in rows]
+        report.more["dialect"] = rows[0].dialect if rows else ""
+        if answered:
+            report.more["next"] = [_next_command(row, report.port) for row in rows]
+    return report.diagnosis if answered else Diagnosis.NO_ARM
+
+
+def _compare(
+    report: Report, config: ArmConfig, found: Sequence[Answers], *, settings: bool
+) -> None:
+    """Compare the answers with the arm file, and the settings if connecting sets nothing."""
+    dialect, ids = config.connection.dialect, config.device.ids
+    for each in found:
+        row = protocols()[each.protocol]
+        if row.dialect == dialect:
+            report.add(of_arm(ids, each.there, config.name, dialect))
+            report.add(each.of_arm(ids))
+            if settings and row.connects and set(ids) <= set(each.there):
+                compare_settings(config, report, None)
+        elif each.there:
+            what = f"these drives speak {row.name}, and the arm file says {dialect}"
+            fix = f'dialect = "{row.dialect}" under [connection], if they are this arm\'s drives'
+            report.add([problem(what, fix)])
 
 
 def _next_command(bus: BusTools, port: str) -> str:
     return command_line(*bus.next, "--port", port)
 
 
-def listened(address: CanAddress, master: int | None = None) -> Listened:
+def listened(address: CanAddress, config: ArmConfig | None = None) -> Listened:
     """Return the frames that pass by themselves.
 
     The adapter does not even acknowledge them if it has a listen-only mode. The heartbeat of the
-    node `master` counts as a command.
+    arm's own master counts as a command.
     """
-    frames = frame_scripts()
+    frames, master = frame_scripts(), getattr(config and config.device, "master_id", None)
     look = partial(tools.listen, frames.io, partial(is_command, master=master))
     with closing(opening.open_can_link(str(address.listening()))) as link:
         traffic: Listened = carry_out(frames, look, link, dialog_runner.RealClock())
     return traffic
 
 
-def _other(row: BusTools, dialect: str) -> Finding:
-    return problem(
-        f"these drives speak {row.name}, and the arm file says {dialect}",
-        f'dialect = "{row.dialect}" under [connection], if they are this arm\'s drives',
-    )
-
-
-def _counters(health: BusHealth) -> dict[str, int]:
-    names = ("sent", "received", "refused", "error_frames", "read_errors", "overrun")
-    return {name: getattr(health, name) for name in names}
-
-
 def _answers(
-    address: CanAddress, ids: tuple[int, ...], seen: SeenNodes, dialect: str = ""
+    address: CanAddress, ids: Sequence[int], seen: SeenNodes, dialect: str = ""
 ) -> tuple[tuple[Answers, ...], BusHealth, str]:
     """Return the answers, the adapter's state after them, and why the bus was lost if it was."""
-    link = opening.open_can_link(str(address))
-    try:
-        found = ask_bus(link, dialog_runner.RealClock(), ids, seen, dialect)
-    except LinkLost as error:
-        return (), link.health, str(error).partition("was lost: ")[2]
-    else:
+    with closing(opening.open_can_link(str(address))) as link:
+        try:
+            found = ask_bus(link, dialog_runner.RealClock(), ids, seen, dialect)
+        except LinkLost as error:
+            return (), link.health, str(error).partition("was lost: ")[2]
         return found, link.health, ""
-    finally:
-        link.close()
 
 
-def _try_every_rate(address: CanAddress, ids: tuple[int, ...], report: Report) -> None:
+def _try_every_rate(address: CanAddress, ids: Sequence[int], report: Report) -> None:
     """Ask at every other bit rate that drives have."""
     if address.interface == "socketcan":
         report.add([note("the bit rate of a kernel's interface is set by `ip link`, one by one")])
         return
-    known = _bits_s(address)
-    for bits_s in dict.fromkeys(rate for row in protocols().values() for rate in row.bit_rates):
-        if bits_s == known:
+    rates = dict.fromkeys(rate for row in protocols().values() for rate in row.bit_rates)
+    for bits_s in rates:
+        if bits_s == _bits_s(address):
             continue
         options = dict(address.options) | {"bitrate": str(bits_s)}
         other = replace(address, options=tuple(options.items()))
         found, _, _ = _answers(other, ids, {})
-        report.add([_at_rate(found, bits_s, other)])
-
-
-def _at_rate(found: Sequence[Answers], bits_s: int, address: CanAddress) -> Finding:
-    kbit = bits_s // 1000
-    named = ", ".join(str(node) for each in found for node in each.there)
-    if not named:
-        return ok(f"no drive answers at {kbit} kbit/s")
-    return problem(
-        f"at {kbit} kbit/s these answer: {named}", f'in the arm file: port = "{address}"'
-    )
+        named = ", ".join(str(node) for each in found for node in each.there)
+        at = f"at {bits_s // 1000} kbit/s"
+        fix = f'in the arm file: port = "{other}"'
+        answer = problem(f"{at} these answer: {named}", fix) if named else None
+        report.add([answer or ok(f"no drive answers {at}")])
 
 
 def _bits_s(address: CanAddress) -> int:

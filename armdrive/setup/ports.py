@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from armdrive.config.arm import ArmConfig
@@ -20,7 +19,13 @@ from armdrive.text.reading import is_there
 from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import CanAddress, is_can, scheme
-from armdrive.transports.ports import PSEUDO_TERMINALS, PortInfo, holder, refusal
+from armdrive.transports.ports import (
+    PSEUDO_TERMINALS,
+    PortInfo,
+    holder,
+    is_readable,
+    refusal,
+)
 
 # Which arm files a port belongs to, and which armdrive program has it open.
 
@@ -41,16 +46,23 @@ class PortNaming:
         """Return the present name of the arm's port. Raises `NoSuchPort` as connecting would."""
         return system.device_of(self.usb_serial, self.port)
 
-    def missing(self, listed: Iterable[PortInfo]) -> str:
+    def owns(self, port: str) -> bool:
+        """Return whether a port belongs to the arm, under whichever of its names."""
+        try:
+            name = self.find()
+        except NoSuchPort:
+            return False
+        return bool(name) and same_port(name, port)
+
+    def missing(self) -> str:
         """Return why the arm's port is missing; empty if it is there or cannot be looked for."""
         try:
             port = serial_device(self.find())
         except NoSuchPort as error:
             return str(error)
-        elsewhere = not port or "://" in port or is_can(port)
-        if elsewhere or is_there(Path(port)) or any(same_port(port, i.device) for i in listed):
-            return ""
-        return f"its port {port} is missing: check the cable and the name"
+        elsewhere = not port or "://" in port or is_can(port) or os.name != "posix"
+        there = elsewhere or is_there(Path(port))
+        return "" if there else f"its port {port} is missing: check the cable and the name"
 
     def __str__(self) -> str:
         by = f" (by the USB serial number {self.usb_serial})" if self.usb_serial else ""
@@ -70,17 +82,6 @@ def _naming(path: Path) -> PortNaming:
     return PortNaming(path.stem, connection.port, connection.usb_serial)
 
 
-def owners_of(port: str, namings: Iterable[PortNaming]) -> tuple[PortNaming, ...]:
-    """Return the arm files that a port belongs to, under whichever of its names."""
-    found = []
-    for each in namings:
-        with contextlib.suppress(NoSuchPort):
-            name = each.find()
-            if name and same_port(name, port):
-                found.append(each)
-    return tuple(found)
-
-
 def serial_device(port: str) -> str:
     """Return the serial port that is a CAN adapter; any other port unchanged."""
     try:
@@ -92,9 +93,9 @@ def serial_device(port: str) -> str:
 def same_port(one: str, other: str) -> bool:
     """Return whether two names lead to the same port, such as a CAN adapter's serial port."""
     one, other = serial_device(one), serial_device(other)
-    if "://" in one or "://" in other:
-        return one == other
-    return os.path.realpath(one) == os.path.realpath(other)
+    return one == other or (
+        "://" not in one + other and os.path.realpath(one) == os.path.realpath(other)
+    )
 
 
 # A port that is looked at, and not opened.
@@ -178,33 +179,31 @@ def look_at(
     """
     if is_can(port):
         return _closed_bus(port, "a CAN bus")
-    namings = arm_files() if namings is None else namings
-    owners = owners_of(port, namings)
+    owners = tuple(
+        each for each in (arm_files() if namings is None else namings) if each.owns(port)
+    )
     belongs = tuple(ok(f"it belongs to the arm file {each}") for each in owners)
-    known = ClosedPort(port, belongs, True, PortInfo(port), owners)
-    arm = name_held(*known.arms, port)
+    arm = name_held(*(each.arm for each in owners), port)
     driven = arm if is_held(arm) else ""  # the system does not know who opened a pseudo-terminal
     if scheme(port):
-        taken = (_in_use(port, driven),) if driven else ()
-        return replace(
-            known, findings=(*known.findings, *taken), openable=not driven, driven=driven
-        )
-    if not is_there(Path(port)) and os.name == "posix":
-        absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
-        return ClosedPort(port, (_refused(port, absent),), openable=False)
+        found = (*belongs, *([_in_use(port, driven)] if driven else []))
+        return ClosedPort(port, found, not driven, PortInfo(port), owners, driven)
+    if os.name == "posix" and not is_there(Path(port)):
+        return ClosedPort(port, (_refused(port, errno.ENOENT),), openable=False)
     info = info_of(port, system.list_ports() if listed is None else listed)
     free = info.readable and info.holder is None and not driven
-    openable = ", and you may open it" if free else ""
-    found = [ok(f"{port} is there{_described(info)}{openable}"), *known.findings]
+    known = ", ".join(word for word in (info.description, info.usb_id) if word)
+    words = f"{port} is there{f' ({known})' if known else ''}{', and you may open it' * free}"
+    findings = [ok(words), *belongs]
     if not info.readable:
-        found.append(_refused(port, PermissionError(errno.EACCES, os.strerror(errno.EACCES))))
+        findings.append(_refused(port, errno.EACCES))
     elif not free:
-        found.append(_in_use(port, driven))
+        findings.append(_in_use(port, driven))
     else:
         if not any(each.usb_serial for each in owners):
-            found += _lasting_name(port, info)
-        found += latency(port)
-    return replace(known, findings=tuple(found), openable=free, info=info, driven=driven)
+            findings += _lasting_name(port, info)
+        findings += latency(port)
+    return ClosedPort(port, tuple(findings), free, info, owners, driven)
 
 
 def _lasting_name(port: str, info: PortInfo) -> list[Finding]:
@@ -228,21 +227,19 @@ def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
     for info in listed:
         if os.path.realpath(info.device) == real:
             return info
-    readable = os.name != "posix" or os.access(port, os.R_OK | os.W_OK)
     held = None if real.startswith(PSEUDO_TERMINALS) else holder(real)
-    return PortInfo(port, holder=held, readable=readable)
+    return PortInfo(port, holder=held, readable=is_readable(port))
 
 
 def _in_use(port: str, arm: str) -> Finding:
     """Return the finding for a port that a program has open, perhaps to drive an arm."""
     if not arm:
-        return _refused(port, OSError(errno.EBUSY, os.strerror(errno.EBUSY)))
+        return _refused(port, errno.EBUSY)
     # a program that was given the port itself knows no other name
     by_port = same_port(arm, port)
-    drives = "an arm" if by_port else arm
     asks = "" if by_port else f"`{command_line('status', '--arm', arm)}` asks it, "
     return problem(
-        f"{port} is in use: an armdrive program drives {drives} on it",
+        f"{port} is in use: an armdrive program drives {'an arm' if by_port else arm} on it",
         f"end that program; {asks}`armdrive stop` stops it",
     )
 
@@ -264,12 +261,7 @@ def latency(port: str, sysfs: Path = SYSFS) -> list[Finding]:
     ]
 
 
-def _described(info: PortInfo) -> str:
-    words = ", ".join(word for word in (info.description, info.usb_id) if word)
-    return f" ({words})" if words else ""
-
-
-def _refused(port: str, error: OSError) -> Finding:
+def _refused(port: str, number: int) -> Finding:
     """Return the finding for an error that opening the port would raise, with its remedy."""
-    what, fix = parted(str(refusal(port, error)))
+    what, fix = parted(str(refusal(port, OSError(number, os.strerror(number)))))
     return problem(what, fix or "name another port")

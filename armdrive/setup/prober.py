@@ -48,16 +48,7 @@ class ProbeIO(ScriptIO[bytes]):
 
     def __init__(self, tune: Callable[[int], None]) -> None:
         super().__init__(lambda _data: None)
-        self._tune = tune
-
-    def turn(
-        self, probe: Probe, enough: Callable[[bytes], bool]
-    ) -> Generator[float, bytes | None, bytes]:
-        """Send a probe; return its reply: what comes until it is `enough`, or the time is up."""
-        self._tune(probe.baud)
-        self.write(probe.data)
-        parts = yield from self.collect(probe.wait_s, lambda got: enough(b"".join(got)), QUIET_S)
-        return b"".join(parts)
+        self.tune = tune
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,30 +111,23 @@ Script: TypeAlias = Generator[float, bytes | None, Examination]
 
 def examination(io: ProbeIO, given_baud: int | None, datagrams: bool) -> Script:
     """Identify the device at a port; with `given_baud` at that baud rate alone."""
-    probes = recogniser().sequence(given_baud, datagrams=datagrams)
+    found = Examination()
     # nothing restarts because a socket for datagrams was opened, so there is nothing to wait for
-    first_baud = given_baud or QUICK_BAUD
-    found = yield from _listen(io, Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
-    for probe in probes:
-        if found.identity is not None:
-            break
-        if probe.baud != found.baud:
-            found = yield from _listen(io, found, probe.baud, SETTLE_S)
-        found = yield from _probe(io, found, probe)
-    if given_baud is None:
-        found = yield from _at_usual_rate(io, found)
-    return (yield from _details(io, found, given_baud))
-
-
-def _probe(io: ProbeIO, found: Examination, probe: Probe) -> Script:
-    for _ in range(probe.times):
-        if found.identity is None:
-            found = yield from _turn(io, found, probe)
-    return found
-
-
-def _listen(io: ProbeIO, found: Examination, baud: int, wait_s: float) -> Script:
-    found = yield from _turn(io, replace(found, baud=baud), Probe("", b"", wait_s, baud=baud))
+    wait_s = 0.0 if datagrams else LISTEN_S
+    found = yield from _turn(io, found, Probe("", b"", wait_s, baud=given_baud or QUICK_BAUD))
+    for probe in recogniser().sequence(given_baud, datagrams=datagrams):
+        if found.identity is None and probe.baud != found.baud:
+            found = yield from _turn(io, found, Probe("", b"", SETTLE_S, baud=probe.baud))
+        for _ in range(probe.times):
+            if found.identity is None:
+                found = yield from _turn(io, found, probe)
+    if given_baud is None and found.identity is not None:
+        # native USB works at any rate: ask again at the dialect's own
+        own, worked_at = recogniser().own_probe(found.identity.dialect), found.baud
+        if own is not None and own.baud != worked_at:
+            found = yield from _turn(io, found, own)
+            if recogniser().recognise(found.replies[-1].answer) is None:
+                found = replace(found, baud=worked_at)
     return found
 
 
@@ -151,43 +135,17 @@ def _turn(io: ProbeIO, found: Examination, probe: Probe) -> Script:
     """Send a probe; judge all replies at this baud rate so far."""
     before = b"".join(each.answer for each in found.replies if each.baud == probe.baud)
 
-    def known(data: bytes) -> bool:
-        return recogniser().recognise(before + _without_echo(probe.data, data)) is not None
+    def identified(parts: Sequence[bytes]) -> Identity | None:
+        return recogniser().recognise(before + _without_echo(probe.data, b"".join(parts)))
 
-    data = yield from io.turn(probe, known)
-    reply = ProbeReply(probe.name, probe.baud, probe.data, data)
-    identity = _better(found.identity, recogniser().recognise(before + reply.answer))
-    return replace(found, identity=identity, replies=(*found.replies, reply))
-
-
-def _better(known: Identity | None, new: Identity | None) -> Identity | None:
-    """Return the newer identity; a greeting that was seen once stays true."""
-    if known is None or new is None:
-        return new or known
-    return replace(new, greeted=new.greeted or known.greeted)
-
-
-def _at_usual_rate(io: ProbeIO, found: Examination) -> Script:
-    """Ask again at the dialect's usual rate if another one worked: native USB works at any rate."""
-    identity = found.identity
-    probe = recogniser().own_probe(identity.dialect) if identity is not None else None
-    if identity is None or probe is None or probe.baud == found.baud:
-        return found
-    worked_at = found.baud
-    found = yield from _turn(io, found, probe)
-    answered = recogniser().recognise(found.replies[-1].answer) is not None
-    return replace(found, baud=probe.baud if answered else worked_at)
-
-
-def _details(io: ProbeIO, found: Examination, given_baud: int | None) -> Script:
-    """Ask a board that has just greeted for its version."""
-    identity = found.identity
-    probe = recogniser().details(identity.dialect) if identity is not None else None
-    if identity is None or probe is None or not identity.greeted:
-        return found
-    probe = replace(probe, baud=given_baud or found.baud or probe.baud)
-    found = yield from _turn(io, found, probe)
-    return found
+    io.tune(probe.baud)
+    io.write(probe.data)
+    parts = yield from io.collect(probe.wait_s, lambda got: identified(got) is not None, QUIET_S)
+    reply = ProbeReply(probe.name, probe.baud, probe.data, b"".join(parts))
+    known, new = found.identity, identified(parts)
+    if known is not None and new is not None:
+        new = replace(new, greeted=new.greeted or known.greeted)  # seen once, it stays true
+    return Examination(new or known, probe.baud, (*found.replies, reply))
 
 
 # The wire of a serial probe.

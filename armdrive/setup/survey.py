@@ -19,8 +19,7 @@ from armdrive.config.sections import Connection
 from armdrive.connect import parts
 from armdrive.connect.port import bare
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
-from armdrive.dialects.recognition import Identity, says_something_readable
-from armdrive.dialog import Finding, any_problem, note, ok, parted, problem
+from armdrive.dialog import Finding, Grade, any_problem, note, ok, parted, problem
 from armdrive.errors import ArmError
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, likely
@@ -29,7 +28,7 @@ from armdrive.setup import prober
 from armdrive.setup.ports import ClosedPort, lines_of
 from armdrive.setup.prober import Examination
 from armdrive.storage.arm_lock import hold
-from armdrive.tasks import DeviceSettings, Difference
+from armdrive.tasks import DeviceSettings
 from armdrive.transports.can_health import BUSY_LOAD, BusHealth, BusState, frame_bits
 from kinematics.text import counted
 
@@ -53,87 +52,48 @@ def of_examination(
 
     `connection` is that of the arm file, if one says what is expected at the port.
     """
-    if found.identity is None:
-        return [*_unrecognised(found, baud)]
-    listed = [_identified(found.identity, found.baud)]
-    if connection is not None:
-        listed += _differing(found.identity, connection.dialect)
+    identity = found.identity
+    if identity is None:
+        return [_unrecognised(found, baud)]
+    spoken = identity.dialect
+    if not spoken:
+        what = f"the device is {identity.firmware}, which armdrive cannot drive"
+        listed = [problem(what, identity.remedy)]
+    else:
+        at = f" at {found.baud} baud" if found.baud else ""
+        listed = [ok(f"it speaks {spoken}: {identity.firmware}{at}")]
+        if connection is not None and spoken != connection.dialect:
+            fix = f'write dialect = "{spoken}" in the arm file (--dialect {spoken}), or connect '
+            what = f"the device speaks {spoken}, not {connection.dialect}"
+            listed.append(problem(what, f"{fix}the other arm"))
     if found.echoes:
-        listed.append(
-            problem(
-                "the line echoes everything that is sent",
-                "armdrive needs a line without an echo: switch it off in the adapter or on the "
-                "board, and check that transmit and receive are not connected",
-            )
-        )
-    if found.restarted:
-        listed.append(_restarted(found, connection))
+        fix = "switch the echo off in the adapter or on the board; check transmit and receive"
+        listed.append(problem("the line echoes everything that is sent", fix))
+    if found.restarted and found.baud is None:
+        what = "the board greeted this connection: behind a serial server, it has restarted"
+        listed.append(note(f"{what}, and its arm may have sagged"))
+    elif found.restarted:
+        what = "the board restarted when its port was opened: motors lose their current, and an arm"
+        spared = connection is not None and connection.keeps_dtr
+        once = "; the first opening after plugging in always does that" if spared else ""
+        listed.append(note(f"{what} sags{once}", "" if spared else NEVER_RESET))
     return listed
 
 
-def _identified(identity: Identity, baud: int | None) -> Finding:
-    if not identity.dialect:
-        return problem(
-            f"the device is {identity.firmware}, which armdrive cannot drive", identity.remedy
-        )
-    at = f" at {baud} baud" if baud else ""
-    return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
-
-
-def _differing(identity: Identity, expected: str) -> list[Finding]:
-    if identity.dialect in ("", expected):
-        return []
-    return [
-        problem(
-            f"the device speaks {identity.dialect}, not {expected}",
-            f'write dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
-            "or connect the other arm",
-        )
-    ]
-
-
-def _restarted(found: Examination, connection: Connection | None) -> Finding:
-    if found.baud is None:
-        return note(
-            "the board sent its greeting when the connection was opened: if it is behind a serial "
-            "server, it has restarted, and its arm may have sagged"
-        )
-    what = (
-        "the board restarted when its port was opened: motors lose their current, and an arm sags"
-    )
-    if connection is not None and connection.keeps_dtr:
-        return note(f"{what}; the first opening after plugging in always does that")
-    return note(what, NEVER_RESET)
-
-
-def _unrecognised(found: Examination, baud: int | None) -> list[Finding]:
-    received = found.everything
-    tried = sorted({each.baud for each in found.replies})
-    at = "" if len(tried) < 2 else f" at {' and '.join(map(str, tried))} baud"
+def _unrecognised(found: Examination, baud: int | None) -> Finding:
     if found.echoes:
-        return [
-            problem(
-                "everything that is sent comes straight back, and no device answers",
-                "transmit and receive are connected, or a terminal echoes: check the wiring",
-            )
-        ]
-    if not received:
-        if baud is None:
-            return [problem(f"no device answers{at}", f"{CHECK_WIRING}; try another --baud")]
-        return [problem(f"no device answers at {baud} baud", f"{CHECK_WIRING}, and the rate")]
-    if says_something_readable(received):
-        return [
-            problem(
-                f"a device answers, but not in a dialect that armdrive knows: {excerpt(received)}",
-                "if that is half a line, check the cable; otherwise the firmware is not an arm's",
-            )
-        ]
-    return [
-        problem(
-            f"the bytes received are unreadable{at}: {excerpt(received)}",
-            "try another baud rate (--baud N); check the contacts and the ground wire",
-        )
-    ]
+        fix = "transmit and receive are connected, or a terminal echoes: check the wiring"
+        return problem("everything that is sent comes straight back, and no device answers", fix)
+    rates = [baud] if baud is not None else sorted({each.baud for each in found.replies})
+    at = f" at {' and '.join(map(str, rates))} baud" if baud is not None or len(rates) > 1 else ""
+    if not found.everything:
+        return problem(f"no device answers{at}", f"{CHECK_WIRING}; or try another --baud N")
+    return problem(
+        f"the bytes received{at} are no answer of an arm that armdrive knows: "
+        f"{excerpt(found.everything)}",
+        "try another baud rate (--baud N); check the contacts and the ground wire. A text that is "
+        "whole is that of another firmware, not an arm's",
+    )
 
 
 def next_steps(
@@ -178,21 +138,21 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
     if not count:
         return [ok(f"nothing passed in {seconds:g} s, so asking disturbs no other program")]
     # the longest that each frame can be on the wire: a load that is too low would be no warning
-    bits = sum(map(frame_bits, traffic.passing))
-    load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
-    what = f"{counted(count, 'frame')} passed in {seconds:g} s{load}"
+    load = sum(map(frame_bits, traffic.passing)) / seconds / bits_s if bits_s else 0.0
+    shown = f", a load of {load:.1%}" if bits_s else ""
+    what = f"{counted(count, 'frame')} passed in {seconds:g} s{shown}"
     if traffic.commands:
         describer = likely(traffic.commands).describer()
-        shown = "; ".join(describer.describe(each).words for each in traffic.commands[:MOST_SHOWN])
+        quoted = "; ".join(describer.describe(each).words for each in traffic.commands[:MOST_SHOWN])
+        fix = "so no drive was asked: end that program, then ask again; `armdrive can monitor`"
         return [
             problem(
-                f"{what}, and another program commands drives ({shown})",
-                "so no drive was asked: end that program, then ask again; `armdrive can monitor` "
-                "shows what it sends",
+                f"{what}, and another program commands drives ({quoted})",
+                f"{fix} shows what it sends",
             )
         ]
     found = [ok(f"{what}; no other program commands drives")]
-    if bits_s and bits / seconds / bits_s > BUSY_LOAD:
+    if load > BUSY_LOAD:
         found.append(note("the bus is very busy: answers come late", "use a higher bit rate"))
     return found
 
@@ -249,13 +209,15 @@ def of_settings(settings: DeviceSettings) -> list[Finding]:
     Those that forbid moving or homing are problems.
     """
     named = [ok(f"the controller's firmware is {settings.firmware}")] if settings.firmware else []
-    listed = [_finding(each) for each in settings.differences]
+    listed = [
+        Finding(
+            Grade.PROBLEM if each.forbids else Grade.NOTE,
+            f"{each.setting} is {each.found}, expected {each.expected}",
+            each.fix,
+        )
+        for each in settings.differences
+    ]
     return named + (listed or [ok("the controller's settings are what the arm file expects")])
-
-
-def _finding(difference: Difference) -> Finding:
-    what = f"{difference.setting} is {difference.found}, expected {difference.expected}"
-    return (problem if difference.forbids else note)(what, difference.fix)
 
 
 # Returns whether the settings that differ may be written.
@@ -281,13 +243,9 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
             report.add([note(each) for each in limit_remarks(config)])
             report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
     except ArmError as error:
-        report.add([_unconnected(error, config)])
-
-
-def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
-    """Say why an arm that was recognised did not connect, with the remedy of its error."""
-    what, fix = parted(bare(error, config.connection))
-    return problem(f"it was recognised, but did not connect: {what}", fix or "try once more")
+        what, fix = parted(bare(error, config.connection))
+        what = f"it was recognised, but did not connect: {what}"
+        report.add([problem(what, fix or "try once more")])
 
 
 # What a survey reports, and the survey of a serial port.
@@ -367,39 +325,27 @@ def survey_port(
     `config` is the arm that is expected there, and `baud` the only rate to try. Of a controller
     that is the expected one the settings are compared, and written if `agree` allows it.
     """
-    only_baud = _only_baud(config, baud)
+    connection = None if config is None else config.connection
+    # an arm file's unusual rate is the only one to try
+    only_baud = baud
+    if connection is not None and connection.baud != DIALECTS[connection.dialect].baud:
+        only_baud = baud or connection.baud
     # an arm's name and its port are both locked: another program may know only one of them
     with hold(report.port if config is None else config.name, report.port):
         found = prober.examine_port(report.port, only_baud)
-    report.add(of_examination(found, only_baud, None if config is None else config.connection))
-    report.more |= _results(report, closed, found, compared=config is not None)
+    report.add(of_examination(found, only_baud, connection))
     identity = found.identity
-    if identity is None or not identity.dialect:
-        return Diagnosis.NO_ARM
-    expected = config is not None and identity.dialect == config.connection.dialect
-    if config is not None and expected:
-        compare_settings(config, report, agree)
-    return report.diagnosis
-
-
-def _only_baud(config: ArmConfig | None, baud: int | None) -> int | None:
-    """Return the one baud rate to try: the given one, or the arm file's if it is unusual."""
-    if baud is not None or config is None:
-        return baud
-    connection = config.connection
-    return None if connection.baud == DIALECTS[connection.dialect].baud else connection.baud
-
-
-def _results(
-    report: Report, closed: ClosedPort, found: Examination, *, compared: bool
-) -> dict[str, Any]:
-    identity = found.identity
-    return {
+    report.more |= {
         "dialect": identity.dialect if identity else "",
         "firmware": identity.firmware if identity else "",
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
         "next": next_steps(
-            report.port, found, arm=report.arm, owners=closed.arms, compared=compared
+            report.port, found, arm=report.arm, owners=closed.arms, compared=config is not None
         ),
     }
+    if not report.dialect:
+        return Diagnosis.NO_ARM
+    if config is not None and report.dialect == config.connection.dialect:
+        compare_settings(config, report, agree)
+    return report.diagnosis

@@ -14,7 +14,7 @@ from armdrive.connect.port import PortOpening, require_port
 from armdrive.connect.target import find, require_real_ports
 from armdrive.dialog import Finding
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.setup.bus_survey import BusSurvey, ids_of, only_bus
+from armdrive.setup.bus_survey import ids_of, only_bus, survey_bus
 from armdrive.setup.keyboard import examine, raw_terminal
 from armdrive.setup.ports import look_at, port_of
 from armdrive.setup.survey import (
@@ -83,8 +83,8 @@ def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
     ids = ids_of(options.ids) if options.ids else ()
-    survey = BusSurvey(report, config, ids, options.every_rate, _fixing(options))
-    return _result(report, survey.run())
+    found = survey_bus(report, config, ids, every_rate=options.every_rate, agree=_fixing(options))
+    return _result(report, found)
 
 
 def _named_port(options: argparse.Namespace) -> str:

@@ -14,7 +14,7 @@ from armdrive.setup.ports import (
     arm_files,
     look_at,
 )
-from armdrive.transports.ports import PortInfo, list_can_ports, list_ports
+from armdrive.transports.ports import list_can_ports, list_ports
 
 
 def ports(options: argparse.Namespace) -> Result:  # noqa: ARG001
@@ -25,7 +25,7 @@ def ports(options: argparse.Namespace) -> Result:  # noqa: ARG001
     view = {
         "ports": [_view(each) for each in closed],
         "can": [asdict(each) for each in list_can_ports(found)],
-        "absent": _absent(found, files),
+        "absent": _absent(files),
         "unusable_arm_files": [
             {"arm": each.arm, "error": each.error} for each in files if each.error
         ],
@@ -71,9 +71,9 @@ def _view(port: ClosedPort) -> dict[str, Any]:
     }
 
 
-def _absent(ports: tuple[PortInfo, ...], files: tuple[PortNaming, ...]) -> list[dict[str, str]]:
+def _absent(files: tuple[PortNaming, ...]) -> list[dict[str, str]]:
     """Return the arm files whose port is missing, and why."""
-    found = [(each, each.missing(ports)) for each in files]
+    found = [(each, each.missing()) for each in files]
     return [
         {"arm": each.arm, "port": each.port, "usb_serial": each.usb_serial, "why": why}
         for each, why in found

@@ -150,7 +150,6 @@ RECOGNITION = Recognition(
     Certainty.WORDED,
     # the CR completes the line on a board of another dialect
     (Probe("v", _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
-    details=Probe("v", _VERSION, 0.5),
     obeys_letters=True,
     greets_on_open=True,
 )

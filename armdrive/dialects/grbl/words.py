@@ -129,7 +129,6 @@ RECOGNITION = Recognition(
     (Probe("?", bytes((Realtime.STATUS,)), 0.5, times=2),),
     # only for a board that has just greeted: on any other, the line end could complete a line
     # that another program left half sent
-    details=Probe("$I", b"$I\n", 0.5),
     installable=_FIRMWARE,
 )
 

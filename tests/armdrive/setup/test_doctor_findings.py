@@ -97,50 +97,66 @@ def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     assert next_steps[-1] == "armdrive config new --port /dev/ttyUSB0"
 
 
-def test_a_rate_that_is_not_the_usual_one_is_part_of_what_to_do_next():
-    port = SimPort(ScriptedDevice(answers=b"version = 1.3\r\n", baud=19200))
-    found = port.examine(19200)
-    assert after.next_steps("COM 3", found)[0].endswith("--dialect armdroid --baud 19200")
+RESTARTED = SimPort(ScriptedDevice((1.0, BANNER), baud=115200)).examine(115200)
+DTR = {"raise_dtr": True, "keep_dtr_on_close": True}
 
 
-def test_the_version_of_a_grbl_board_is_asked_only_when_it_has_just_started():
-    still = ScriptedDevice(answers=b"<Idle|MPos:0.000,0.000,0.000>\r\n", baud=115200)
-    SimPort(still).examine(115200)
-    assert still.heard == b"?"
-    started = ScriptedDevice((1.0, BANNER), baud=115200)
-    found = SimPort(started).examine(115200)
-    assert started.heard == b"$I\n"
-    assert found.restarted
+@every_row(
+    "found, connection, grade, said",
+    [
+        (RESTARTED, None, Grade.NOTE, "keep_dtr_on_close = true"),
+        (RESTARTED, Connection("grbl", **DTR), Grade.NOTE, "the first"),
+        (Examination(Identity("grbl", "x", greeted=True)), None, Grade.NOTE, "serial server"),
+        # unreadable first words at another rate are those of a board that restarted
+        (
+            Examination(Identity("grbl", "x"), 57600, (ProbeReply("", 115200, b"", b"\xfe\x8c"),)),
+            None,
+            Grade.NOTE,
+            "the board restarted",
+        ),
+        # observed: an Armdroid greets whoever opens its port; its motors keep holding
+        (
+            SimPort(ScriptedDevice((0.5, b"Welcome, Armdroid!\r\n"))).examine(9600),
+            None,
+            Grade.OK,
+            "it speaks armdroid: Armdroid serial driver at 9600 baud",
+        ),
+        (
+            SimPort(ScriptedDevice(answers=b"version = 1.3\r\n")).examine(9600),
+            Connection("teachmover"),
+            Grade.PROBLEM,
+            'the device speaks armdroid, not teachmover; write dialect = "armdroid"',
+        ),
+    ],
+)
+def test_what_an_arm_did_is_the_last_finding_with_its_remedy(found, connection, grade, said):
+    last = after.of_examination(found, connection=connection)[-1]
+    assert last.grade is grade
+    assert said in f"{last.what}; {last.fix}"
 
 
-def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
-    found = SimPort(ScriptedDevice((1.0, BANNER), baud=115200)).examine(115200)
-    plain = after.of_examination(found)[-1]
-    assert plain.grade is Grade.NOTE
-    assert "keep_dtr_on_close = true" in plain.fix
-    connection = Connection("grbl", raise_dtr=True, keep_dtr_on_close=True)
-    spared = after.of_examination(found, connection=connection)[-1]
-    assert "the first opening after plugging in" in spared.what
+@every_row("dialect", DIALECTS)
+def test_every_dialect_is_recommended_with_its_rate_if_that_is_unusual(dialect):
+    found = Examination(Identity(dialect, dialect), 19200)
+    assert after.next_steps("COM 3", found)[0].endswith(f"--dialect {dialect} --baud 19200")
 
 
-def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
-    found = Examination(Identity("grbl", "FluidNC v3", greeted=True), None)
-    assert "serial server" in after.of_examination(found)[-1].what
+MUST = Difference("step idle delay $1", "25", "255", "$1=255")
+MAY = Difference("max rate $110", "500", "600", "$110=600", must=False)
 
 
-def test_first_words_at_another_rate_are_a_restart_too():
-    unreadable = ProbeReply("", 115200, b"", b"\xfe\x8c")
-    assert Examination(Identity("grbl", "GRBL"), 57600, (unreadable,)).restarted
-
-
-def test_an_armdroid_greets_also_without_a_restart():
-    """Observed: a board with native USB greets whoever opens its port; its motors keep holding."""
-    device = ScriptedDevice((0.5, b"Welcome, Armdroid!\r\n"), answers=b"version = 1.3\r\n")
-    found = SimPort(device).examine()
-    assert (found.identity.dialect, found.baud) == ("armdroid", 9600)
-    assert found.identity.firmware.endswith("1.3")  # asked after the greeting
-    assert not found.restarted
-    assert [each.grade for each in after.of_examination(found)] == [Grade.OK]
+@every_row(
+    "settings, grades",
+    [
+        (DeviceSettings((MUST, MAY)), [Grade.PROBLEM, Grade.NOTE]),
+        (DeviceSettings((MAY,), "Grbl 1.1h"), [Grade.OK, Grade.NOTE]),
+        (DeviceSettings((), "Grbl 1.1h"), [Grade.OK, Grade.OK]),
+    ],
+)
+def test_settings_that_differ_are_findings_with_the_line_that_mends_them(settings, grades):
+    listed = of_settings(settings)
+    assert [each.grade for each in listed] == grades
+    assert [each.fix for each in listed if each.fix] == [each.fix for each in settings.differences]
 
 
 NO_ARM = {
@@ -153,7 +169,7 @@ NO_ARM = {
     "text mode": (ScriptedDevice(answers=b"\r\n1, 2, 3, 4, 5, 6, 0\r\n"), 9600, "SUPER"),
     "unreadable bytes": (ScriptedDevice((1.0, bytes(range(0x80, 0xA0)))), 9600, "(--baud N)"),
     "an answer to STATUS alone": (
-        ScriptedDevice(answers=b"0\r"), 9600, "not in a dialect that armdrive knows"),
+        ScriptedDevice(answers=b"0\r"), 9600, "no answer of an arm that armdrive knows"),
 }  # fmt: skip
 
 
@@ -164,36 +180,6 @@ def test_a_device_that_is_no_arm_is_one_problem_with_a_remedy(what):
     assert found.grade is Grade.PROBLEM
     assert found.fix
     assert said in f"{found.what}; {found.fix}"
-
-
-def test_another_dialect_than_expected_is_a_problem():
-    found = SimPort(ScriptedDevice(answers=b"version = 1.3\r\n")).examine(9600)
-    _, differs = after.of_examination(found, 9600, Connection("teachmover"))
-    assert differs.grade is Grade.PROBLEM
-    assert "the device speaks armdroid, not teachmover" in differs.what
-    assert 'dialect = "armdroid"' in differs.fix
-
-
-def test_every_dialect_can_be_recommended():
-    for name in DIALECTS:
-        found = Examination(Identity(name, name), DIALECTS[name].baud)
-        assert after.next_steps("/dev/ttyUSB0", found)
-
-
-def test_settings_that_differ_are_findings_with_the_line_that_mends_them():
-    must = Difference("step idle delay $1", "25", "255", "$1=255")
-    may = Difference("max rate $110", "500", "600", "$110=600", must=False)
-    listed = of_settings(DeviceSettings((must, may)))
-    assert [each.grade for each in listed] == [Grade.PROBLEM, Grade.NOTE]
-    assert [each.fix for each in listed] == ["$1=255", "$110=600"]
-
-
-def test_the_firmware_is_named_whether_settings_differ_or_not():
-    differs = Difference("max rate $110", "500", "600", "$110=600", must=False)
-    for differences in ((), (differs,)):
-        named, *rest = of_settings(DeviceSettings(differences, "Grbl 1.1h"))
-        assert (named.grade, named.what) == (Grade.OK, "the controller's firmware is Grbl 1.1h")
-        assert rest[0].grade is (Grade.NOTE if differences else Grade.OK)
 
 
 def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
@@ -218,6 +204,23 @@ def test_the_page_shows_every_probe_as_it_is_said():
 
 
 # What is behind a port is found out, in words, as the doctor does; listing opens nothing.
+
+
+def test_a_found_answer_that_does_not_fit_is_asked_for_and_one_that_fits_is_passed_over():
+    describing = named_lab({"connection.port": "/dev/arm", "dialect": "teachmover"})
+    describing.enter()
+    assert describing.question.key == "title"
+    assert describing.back()
+    assert describing.question.key == "template"
+    assert describing.back()
+    assert not describing.back()
+    assert describing.question.key == "name"
+    describing = named_lab({"connection.port": "nonsense"})
+    while describing.question.key != "connection.port":
+        describing.enter()
+    describing.typed = "nonsense"
+    with pytest.raises(WrongAnswer):
+        describing.enter()
 
 
 def named_lab(found):
@@ -263,9 +266,6 @@ def test_ports_and_interfaces_are_listed_with_what_is_known_of_them(monkeypatch)
     assert only.port == "can:socketcan:can0"
     assert not only.openable
     assert only.lines == ("PEAK adapter", "note: bring it up: ip link set can0 up")
-
-
-def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
     known = look_at("/dev/nothing-here")
     assert not known.openable
     assert "/dev/nothing-here" in known.lines[0]
@@ -322,27 +322,6 @@ def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
     module = Device(1).has({DEVICE_TYPE: 0x191})  # an I/O module drives no arm
     for bus.devices in ((module,), ()):
         assert probe("can:slcan:/dev/ttyACM0?bitrate=500000").dialect == ""
-
-
-def test_going_back_goes_over_what_was_found():
-    describing = named_lab({"connection.port": "/dev/arm", "dialect": "teachmover"})
-    describing.enter()
-    assert describing.question.key == "title"
-    assert describing.back()
-    assert describing.question.key == "template"
-    assert describing.back()
-    assert describing.question.key == "name"
-    assert not describing.back()
-    assert describing.question.key == "name"
-
-
-def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
-    describing = named_lab({"connection.port": "nonsense"})
-    while describing.question.key != "connection.port":
-        describing.enter()
-    describing.typed = "nonsense"
-    with pytest.raises(WrongAnswer):
-        describing.enter()
 
 
 def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
