@@ -8,7 +8,6 @@ Which file decides what:
     ports, doctor   what is known about a port, the consent to open it, and what is behind it
     can_monitor     the traffic of a bus in words
     can_setup       commissioning drives
-    attendance      who takes part in a dialog: the person at the terminal, or a simulated one
     sim             a simulated arm in a separate process
     completion      the shell's completion
     arguments       the options of all of them, and the text of their help

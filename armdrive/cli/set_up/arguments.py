@@ -11,13 +11,12 @@ from armdrive.cli.options import (
     Declare,
     add_actions,
     add_json_option,
-    add_switches,
+    add_options,
     count,
     name,
-    positive,
 )
 from armdrive.errors import BadRequest
-from armdrive.registry import DIALECTS, LANGUAGES, USUAL
+from armdrive.registry import LANGUAGES
 from armdrive.setup.templates import available
 
 # --- completion
@@ -47,86 +46,85 @@ def _completion(parser: argparse.ArgumentParser) -> None:
 # --- config
 
 
+def _config_new(parser: argparse.ArgumentParser) -> None:
+    """Declare what `config new` takes.
+
+    Operands:
+      [NAME]  name of the arm
+
+    Options:
+      --template TEMPLATE  template: %(choices)s
+      --port PORT          its port
+      --answers ANSWERS    file of answers in TOML; the rest: defaults
+      --yes                every default, without asking
+      --force              overwrite an arm file of that name
+    """
+    add_options(parser, _config_new, {"[NAME]": str, "PORT": str, "TEMPLATE": available()})
+    add_json_option(parser)
+
+
+def _config_signs(parser: argparse.ArgumentParser) -> None:
+    """Declare what `config signs` and `config limits` take.
+
+    Operands:
+      NAME  an arm file, by name or path
+
+    Options:
+      --sim  on its simulated twin; writes nothing
+      --yes  a simulated arm: no questions
+    """
+    add_options(parser, _config_signs)
+    add_json_option(parser)
+
+
+def _config_show(parser: argparse.ArgumentParser) -> None:
+    """Declare what `config show` takes.
+
+    Operands:
+      NAME  an arm file, by name or path
+
+    Options:
+      --toml  as an arm file with every default
+    """
+    add_options(parser, _config_show)
+    add_json_option(parser)
+
+
 def _config_check(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("arms", nargs="*", metavar="NAME", help="names or paths; none: all")
     add_json_option(parser)
 
 
 def _config_default(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "name", nargs="?", metavar="NAME", help="an arm file's name, or sim:DIALECT"
-    )
-    parser.add_argument("--none", action="store_true", help="instead: remove the default")
+    """Declare what `config set-default` takes.
+
+    Operands:
+      [NAME]  an arm file's name, or sim:DIALECT
+
+    Options:
+      --none  instead: remove the default
+    """
+    add_options(parser, _config_default, {"[NAME]": str, "NAME": str})
     add_json_option(parser)
-
-
-def _config_new(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("name", nargs="?", metavar="NAME", help="name of the arm")
-    templates = list(available())
-    parser.add_argument(
-        "--template", metavar="NAME", choices=templates,
-        help=f"template: {', '.join(templates)}",
-    )  # fmt: skip
-    parser.add_argument("--port", help="its port")
-    parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
-    add_switches(
-        parser,
-        {
-            "--yes": "every default, without asking",
-            "--force": "overwrite an arm file of that name",
-        },
-    )
-    add_json_option(parser)
-
-
-def _of_arm_file(switches: Mapping[str, str]) -> Declare:
-    """Return what declares an action on one arm file."""
-
-    def declare(parser: argparse.ArgumentParser) -> None:
-        parser.add_argument("name", metavar="NAME", type=name, help="an arm file, by name or path")
-        add_switches(parser, switches)
-        add_json_option(parser)
-
-    return declare
-
-
-_config_show = _of_arm_file({"--toml": "as an arm file with every default"})
-_config_signs = _of_arm_file(
-    {"--sim": "on its simulated twin", "--yes": "a simulated arm: no questions"}
-)
-_config_limits = _of_arm_file(
-    {"--sim": "on its simulated twin; writes nothing", "--yes": "a simulated arm: no questions"}
-)
 
 
 # Every action of `config`.
-CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType(
-    {
-        "new": Action("ask questions and write an arm file", "set_up.config_new:new", _config_new),
-        "signs": Action(
-            "turn each motor a little to find its direction",
-            "set_up.arm_trials:signs",
-            _config_signs,
-        ),
-        "limits": Action(
-            "check that each limit switch raises an alarm",
-            "set_up.arm_trials:limits",
-            _config_limits,
-        ),
-        "list": Action("list the arm files", "set_up.config:list_arms", add_json_option),
-        "show": Action(
-            "show an arm as armdrive reads its file", "set_up.config:show", _config_show
-        ),
-        "check": Action(
-            "report every problem of an arm file", "set_up.config:check", _config_check
-        ),
-        "set-default": Action(
-            "choose the arm that is used if none is named",
-            "set_up.config:set_default",
-            _config_default,
-        ),
-    }
-)
+CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType({
+    "new": Action("ask questions and write an arm file",
+                  "set_up.config_new:new", _config_new),
+    "signs": Action("turn each motor a little to find its direction",
+                    "set_up.arm_trials:signs", _config_signs),
+    "limits": Action("check that each limit switch raises an alarm",
+                     "set_up.arm_trials:limits", _config_signs),
+    "list": Action("list the arm files",
+                   "set_up.config:list_arms", add_json_option),
+    "show": Action("show an arm as armdrive reads its file",
+                   "set_up.config:show", _config_show),
+    "check": Action("report every problem of an arm file",
+                    "set_up.config:check", _config_check),
+    "set-default": Action("choose the arm that is used if none is named",
+                          "set_up.config:set_default", _config_default),
+})  # fmt: skip
 
 
 def _config(parser: argparse.ArgumentParser) -> None:
@@ -170,23 +168,20 @@ def _can_monitor(parser: argparse.ArgumentParser) -> None:
       armdrive can monitor can:socketcan:can0 --id 3
       armdrive can monitor can:socketcan:can0 --protocol canopen
       armdrive can monitor --arm bench --seconds 10 --json
+
+    Operands:
+      [PORT]  can:INTERFACE:CHANNEL?...
+
+    Options:
+      --arm NAME           instead: the adapter of an arm file
+      --id ID              only this id; may be repeated
+      --protocol PROTOCOL  protocol of the drives (default: as the arm file says, else mks)
+      --seconds SECONDS    end after this time
+      --count N            end after N frames
     """
-    parser.add_argument(
-        "port", nargs="?", metavar="PORT", type=name, help="can:INTERFACE:CHANNEL?..."
+    add_options(
+        parser, _can_monitor, {"[PORT]": name, "ID": _node, "PROTOCOL": LANGUAGES, "N": count}
     )
-    parser.add_argument(
-        "--arm", metavar="NAME", type=name, help="instead: the adapter of an arm file"
-    )
-    parser.add_argument(
-        "--id", action="append", type=_node, default=[], metavar="ID", help="only these ids"
-    )
-    parser.add_argument(
-        "--protocol",
-        choices=list(LANGUAGES),
-        help=f"protocol of the drives (default: as the arm file says, else {USUAL.name})",
-    )
-    parser.add_argument("--seconds", type=positive, metavar="S", help="end after this time")
-    parser.add_argument("--count", type=count, metavar="N", help="end after N frames")
     add_json_option(parser)
 
 
@@ -200,16 +195,8 @@ def _node(word: str) -> int:
     return found
 
 
-# How to name the adapter of a CAN bus: printed wherever one is missing.
-ADAPTERS = """\
-  can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
-  can:socketcan:can0                        candleLight firmware, on Linux once the interface is up
-  can:gs_usb:0?bitrate=500000               the same on Windows and macOS
-`armdrive ports` lists the adapters that are there, each with its line."""
-
-
 def _can_setup(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `can setup`.
+    """Declare what `can setup` takes.
 
     Each question says what will happen; nothing is written and nothing turns without a yes. `?`
     explains, and Ctrl-C leaves: the same command continues from there. At the end it writes the arm
@@ -219,40 +206,32 @@ def _can_setup(parser: argparse.ArgumentParser) -> None:
 
     The adapter, exactly:
 
+      can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
+      can:socketcan:can0                        candleLight firmware, on Linux, interface up
+      can:gs_usb:0?bitrate=500000               the same on Windows and macOS
+
+    `armdrive ports` lists the adapters that are there, each with its line.
+
+    Operands:
+      NAME  the arm: an arm file's name, or that of a new one
+
+    Options:
+      --port PORT  the adapter, if the arm file does not name it
+      --again      repeat the steps of drives that are ready
+      --sim        practise on simulated new drives
+      --yes        with --sim: no questions
     """
-    parser.epilog = f"{parser.epilog}\n{ADAPTERS}\n"
-    parser.add_argument(
-        "name", metavar="NAME", help="the arm: an arm file's name, or that of a new one"
-    )
-    parser.add_argument(
-        "--port", type=name, help="the adapter, such as can:slcan:/dev/ttyACM0?bitrate=500000"
-    )
-    add_switches(
-        parser,
-        {
-            "--again": "repeat the steps of drives that are ready",
-            "--sim": "practise on simulated new drives",
-            "--yes": "with --sim: no questions",
-        },
-    )
+    add_options(parser, _can_setup, {"NAME": str})
     add_json_option(parser)
 
 
 # Every action of `can`.
-CAN_ACTIONS: Mapping[str, Action] = MappingProxyType(
-    {
-        "setup": Action(
-            "commission new drives, or measure their units, and write the arm file",
-            "set_up.can_setup:set_up",
-            _can_setup,
-        ),
-        "monitor": Action(
-            "show what passes on a bus in words; sends nothing",
-            "set_up.can_monitor:monitor",
-            _can_monitor,
-        ),
-    }
-)
+CAN_ACTIONS: Mapping[str, Action] = MappingProxyType({
+    "setup": Action("commission new drives, or measure their units, and write the arm file",
+                    "set_up.can_setup:set_up", _can_setup),
+    "monitor": Action("show what passes on a bus in words; sends nothing",
+                      "set_up.can_monitor:monitor", _can_monitor),
+})  # fmt: skip
 
 
 def _can(parser: argparse.ArgumentParser) -> None:
@@ -291,23 +270,22 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
 
     Exit codes: 0 all is well, 1 there is a problem, 3 you did not agree to open the port, 4 the
     port cannot be opened, 6 no arm was recognised.
+
+    Operands:
+      [PORT]  a serial port or an address
+
+    Options:
+      --arm NAME                 instead: the port of an arm file
+      --dialect DIALECT          the expected dialect
+      --baud RATE                try only this baud rate
+      --keyboard                 instead: examine the keyboard of this terminal
+      --can [INTERFACE:CHANNEL]  instead: survey a CAN bus
+      --ids 1-16,20              with --can: ask these ids
+      --every-rate               with --can: try all bit rates
+      --fix                      write the settings that differ
+      --yes                      do not ask before opening or writing
     """
-    parser.add_argument(
-        "port", nargs="?", metavar="PORT", type=name, help="a serial port or an address"
-    )
-    parser.add_argument("--arm", metavar="NAME", type=name, help="instead: the port of an arm file")
-    parser.add_argument("--dialect", choices=list(DIALECTS), help="the expected dialect")
-    parser.add_argument("--baud", type=count, help="try only this baud rate")
-    parser.add_argument(
-        "--keyboard", action="store_true", help="instead: examine the keyboard of this terminal"
-    )
-    parser.add_argument(
-        "--can", nargs="?", const="", metavar="INTERFACE:CHANNEL", help="instead: survey a CAN bus"
-    )
-    parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
-    parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
-    parser.add_argument("--fix", action="store_true", help="write the settings that differ")
-    parser.add_argument("--yes", action="store_true", help="do not ask before opening or writing")
+    add_options(parser, _doctor)
     add_json_option(parser)
 
 
@@ -328,6 +306,25 @@ def _ports(parser: argparse.ArgumentParser) -> None:
 def _sim(parser: argparse.ArgumentParser) -> None:
     r"""Run a simulated arm that any program can connect to.
 
+    Operands:
+      [DIALECT]  its dialect: %(choices)s
+
+    Options:
+      --arm NAME        instead: the arm of an arm file, by name or path
+      --listener PATH   with --slcan: a second adapter on the bus, to listen with
+      --baud RATE       transfer bytes as fast as a line of this rate
+      --set NAME=VALUE  a setting of the device; may be repeated
+      --play STEPS      backlash of every motor: this many steps move nothing after a reversal
+      --fault NAME[:ARGUMENTS][@SECONDS]
+                        inject a fault, at once or later; may be repeated
+
+    One of:
+      --pty PATH       a new serial port, linked from PATH
+      --slcan PATH     a new CAN adapter on a serial port
+      --tcp HOST:PORT  a TCP port (the way on Windows)
+      --udp HOST:PORT  a UDP port, unpaced
+      --list           list settings and faults, and end
+
     Examples:
       armdrive sim teachmover --pty /tmp/arm
       armdrive jog --port /tmp/arm --dialect teachmover   in another terminal
@@ -342,48 +339,7 @@ def _sim(parser: argparse.ArgumentParser) -> None:
     it; the end of the input does not.
 
     """
-    parser.add_argument(
-        "dialect",
-        nargs="?",
-        choices=list(DIALECTS),
-        metavar="DIALECT",
-        help=f"its dialect: {', '.join(DIALECTS)}",
-    )
-    parser.add_argument(
-        "--arm", metavar="NAME", type=name, help="instead: the arm of an arm file, by name or path"
-    )
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
-    where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")
-    where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
-    where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
-    where.add_argument("--list", action="store_true", help="list settings and faults, and end")
-    parser.add_argument(
-        "--listener",
-        metavar="PATH",
-        help="with --slcan: a second adapter on the bus, to listen with",
-    )
-    parser.add_argument("--baud", type=count, help="transfer bytes as fast as a line of this rate")
-    parser.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="NAME=VALUE",
-        help="a setting of the device; may be repeated",
-    )
-    parser.add_argument(
-        "--play",
-        type=count,
-        metavar="STEPS",
-        help="backlash of every motor: this many steps move nothing after a reversal",
-    )
-    parser.add_argument(
-        "--fault",
-        action="append",
-        default=[],
-        metavar="NAME[:ARGUMENTS][@SECONDS]",
-        help="inject a fault, at once or later; may be repeated",
-    )
+    add_options(parser, _sim, {"STEPS": count})
 
 
 ARGUMENTS: Mapping[str, Declare] = MappingProxyType(

@@ -1,22 +1,29 @@
-"""Tries a connected arm: the directions of its motors, and its limit switches."""
+"""Tries a connected arm: the directions of its motors, and its limit switches.
+
+Also who takes part in such a dialog: the person at the terminal, or a simulated person.
+"""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import path_of
-from armdrive.cli.presenter import Result
-from armdrive.cli.questions import TerminalPerson
-from armdrive.cli.set_up.attendance import Attendance, attendance, is_simulated
+from armdrive.cli.presenter import Result, as_json, say, tell
+from armdrive.cli.questions import TerminalPerson, ask_yes_no
 from armdrive.cli.terminal_operator import posture_pictures
 from armdrive.config.arm import ArmConfig, limit_remarks
 from armdrive.connect import parts
+from armdrive.connect.target import simulation_forced
 from armdrive.dialog import Dialog
+from armdrive.errors import OperatorNeeded
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_checks import (
     SawSwitch,
@@ -27,13 +34,53 @@ from armdrive.setup.arm_checks import (
     record,
     switches_of,
 )
-from armdrive.setup.directions import Signs
-from armdrive.setup.filing import propose
+from armdrive.setup.filing import FileProposal, propose
+from armdrive.setup.simulated_person import SimulatedPerson
+from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.sim.world.body import found_posture
 from armdrive.storage.files import require_writable
 
-WATCHED = "watch a real arm while its motors turn"
-PRESSED = "press the switches of a real arm"
+
+@dataclass(frozen=True, slots=True)
+class Attendance:
+    """Whether the arm is `simulated`, and whether its simulated person answers `alone`."""
+
+    simulated: bool
+    alone: bool
+    tell: Callable[[str], None]
+
+    def simulated_person(self, twin: SimulatedArm) -> SimulatedPerson:
+        """Return who handles and watches a simulated arm, and answers or asks at the terminal."""
+        # no command continues from a question: nothing is kept of a simulated arm
+        return SimulatedPerson(twin, self.tell, None if self.alone else TerminalPerson().answer)
+
+    def write_down(self, proposal: FileProposal) -> None:
+        """Write a change that was shown, if the user agrees; for a simulated arm write nothing."""
+        if self.simulated or not proposal.differs:
+            return
+        if ask_yes_no(f"Write this to {proposal.path}?", "no leaves the file unchanged.", "yes"):
+            proposal.write()
+            say(f"written: {proposal.path}")
+
+
+def is_simulated(options: argparse.Namespace) -> bool:
+    """Return whether a dialog is about a simulated arm, so that nothing is written."""
+    return options.sim or simulation_forced()
+
+
+def attendance(options: argparse.Namespace, needed: str) -> Attendance:
+    """Return who takes part, as the options say.
+
+    Raises `OperatorNeeded` for a real arm without a person at a terminal, who is `needed` there.
+    """
+    simulated = is_simulated(options)
+    alone = options.yes or as_json(options)
+    if not simulated and (alone or not sys.stdin.isatty()):
+        raise OperatorNeeded(
+            f"you have to {needed}: run this in a terminal, or give --sim (with --yes or --json it "
+            "asks no questions)"
+        )
+    return Attendance(simulated, alone, partial(tell, options))
 
 
 @contextlib.contextmanager
@@ -52,12 +99,6 @@ def _dialog(arm: Arm, attended: Attendance) -> Dialog:
     return Dialog(attended.simulated_person(arm.twin))
 
 
-def found_signs(arm: Arm, attended: Attendance) -> Signs:
-    """Find which way the motors of an arm count, beginning from a posture that is drawn."""
-    picture = posture_pictures(arm, found_posture(arm.model.arm), 30.0)
-    return find_signs(_dialog(arm, attended), arm, picture)
-
-
 def _to_change(options: argparse.Namespace) -> tuple[Path, ArmConfig]:
     """Return the arm file that is to be changed, and its arm.
 
@@ -73,9 +114,10 @@ def _to_change(options: argparse.Namespace) -> tuple[Path, ArmConfig]:
 def signs(options: argparse.Namespace) -> Iterator[Result]:
     """Find which way the motors count, and write that to the arm file if the user agrees."""
     path, config = _to_change(options)
-    attended = attendance(options, WATCHED)
+    attended = attendance(options, "watch a real arm while its motors turn")
     with trial_arm(config, simulated=attended.simulated) as arm:
-        found = found_signs(arm, attended)
+        picture = posture_pictures(arm, found_posture(arm.model.arm), 30.0)
+        found = find_signs(_dialog(arm, attended), arm, picture)
     proposal = propose(path, config.model.transmission, found)
     view = {
         "reversed_motors": list(found.motors),
@@ -101,7 +143,7 @@ def limits(options: argparse.Namespace) -> Iterator[Result]:
     """Check each limit switch, and write the day to the arm file if all work."""
     path, config = _to_change(options)
     switches = switches_of(config)
-    attended = attendance(options, PRESSED)
+    attended = attendance(options, "press the switches of a real arm")
     with trial_arm(config, simulated=attended.simulated) as arm:
         make_ready(arm)
         seen = check_switches(_dialog(arm, attended), arm, switches)

@@ -11,15 +11,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from armdrive.cli.presenter import Result, say, say_lines, tell
-from armdrive.cli.questions import TerminalPerson, ask_value, ask_yes_no
-from armdrive.cli.set_up.arguments import ADAPTERS
-from armdrive.cli.set_up.attendance import Attendance, attendance
+from armdrive.cli.questions import TerminalPerson, ask_yes_no
+from armdrive.cli.set_up.arm_trials import Attendance, attendance
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
 from armdrive.connect.port import PortOpening
 from armdrive.dialects.bus.tools import BusTools, UnitKeys
-from armdrive.dialog import DialogPerson, Question, WrongAnswer, numbered
+from armdrive.dialog import DialogPerson
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, simulate
@@ -48,7 +47,7 @@ from armdrive.setup.filing import (
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import kept_aside, require_writable
 from armdrive.text.reading import is_there
-from armdrive.transports import opening, ports
+from armdrive.transports import opening
 from armdrive.transports.address import is_can
 from armdrive.transports.link import Link
 
@@ -115,7 +114,12 @@ def _drives(
         yield _Drives(twin.link, DialogClock(), person)
         return
     require_writable(arm_path(options.name).parent)  # before a person works for nothing
-    port = options.port or _known_port(config) or chosen_port()
+    port = options.port or (PortOpening(config).find() if config.connection.names_port else "")
+    if not is_can(port):
+        raise BadRequest(
+            "which adapter? --port names it, as in --port can:slcan:/dev/ttyACM0?bitrate=500000; "
+            "`armdrive ports` lists those that are there"
+        )
     terminal = TerminalPerson(command_line("can", "setup", options.name))
     with (
         hold(config.name, port) as lock,
@@ -123,10 +127,6 @@ def _drives(
     ):
         serve_stop(lock, "sets its drives up")
         yield _Drives(link, dialog_runner.RealClock(), terminal, port)
-
-
-def _known_port(config: ArmConfig) -> str:
-    return PortOpening(config).find() if config.connection.names_port else ""
 
 
 def _commission(
@@ -190,21 +190,3 @@ def _measure(
     nothing = ("Nothing to write: the arm file or the drives say so already.",)
     yield Result(view, proposal.difference or nothing)
     attended.write_down(proposal)
-
-
-def chosen_port() -> str:
-    """Show how adapters are named, and ask for one. Opens none."""
-    found = ports.list_can_ports(ports.list_ports())
-    say_lines(ADAPTERS)
-    lines = tuple((each.port, each.todo or each.description) for each in found)
-
-    def read(line: str) -> str:
-        if (listed := numbered(line, [port for port, _ in lines])) is not None:
-            return listed
-        if not is_can(line):
-            raise WrongAnswer("write the adapter, such as can:slcan:/dev/ttyACM0?bitrate=500000")
-        return line
-
-    default = lines[0][0] if len(lines) == 1 else None
-    why = "A CANable is a serial port with slcan firmware, and a CAN interface with candleLight."
-    return str(ask_value(Question("Which adapter?", why, read, default, lines)))

@@ -9,12 +9,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from armdrive.abilities import Budget
 from armdrive.cli.arm_files import choose_default, default_arm, path_of
 from armdrive.cli.commands import USAGE
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig, read_arm_table, remarks_on
 from armdrive.config.preset import LENGTHS
+from armdrive.config.sections import OPENING
 from armdrive.config.write import complete
 from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
@@ -25,7 +25,7 @@ from armdrive.status import pose_view, rounded_up
 from armdrive.storage import files as places
 from kinematics.presets import ArmPreset
 from kinematics.text import counted
-from kinematics.transmission import MotorSpec, Transmission
+from kinematics.transmission import Transmission
 
 
 def list_arms(options: argparse.Namespace) -> Result:  # noqa: ARG001
@@ -147,6 +147,9 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
     model = config.model
     names = model.arm.joint_names
     speeds = (round(math.degrees(speed), 3) for speed in model.joint_speeds_rad_s)
+    lengths = {}
+    if isinstance(config.bare, ArmPreset):
+        lengths = {"lengths": {key: getattr(config.bare.arm, key) for key in LENGTHS}}
     return {
         "arm": config.name,
         "title": config.title,
@@ -162,7 +165,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
             for name, each in zip(names, model.arm.limits, strict=True)
         },
         "speeds_deg_s": dict(zip(names, speeds, strict=True)),
-        "motors": [] if model.transmission is None else _motors(model.transmission),
+        "motors": list(_motors(model.transmission)),
         "gripper": config.gripper.kind,
         "homes_by_itself": config.homing is not None,
         "reference": None if model.reference is None else pose_view(model.reference.pose),
@@ -172,45 +175,25 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
         "jog_burst_s": config.motion.jog_burst_s,
         "planned_burst_s": config.motion.planned_burst_s,
         "stopping": _stopping(config),
-        "wire": _wire(config),
         "notes": model.notes,
-    } | _lengths(config)
+    } | lengths
 
 
-def _lengths(config: ArmConfig) -> dict[str, Any]:
-    if not isinstance(config.bare, ArmPreset):
-        return {}
-    return {"lengths": {key: getattr(config.bare.arm, key) for key in LENGTHS}}
-
-
-def _motors(transmission: Transmission) -> list[dict[str, Any]]:
-    seen = [*transmission.joint_names, "opening"][: len(transmission.motors)]
-    return [_motor(motor, seen, transmission) for motor in transmission.motors]
-
-
-def _motor(motor: MotorSpec, seen: list[str], transmission: Transmission) -> dict[str, Any]:
-    slides = motor.sees[-1] != 0.0 and seen[-1] == "opening"
-    key, scale = ("steps_per_mm", 1.0) if slides else ("steps_per_turn", math.tau)
-    sign = math.copysign(1.0, motor.steps_per_unit)
-    others = {transmission.motors[index].name: ratio for index, ratio in motor.follows}
-    shares = {n: sign * share for n, share in zip(seen, motor.sees, strict=True) if share}
-    return {
-        "name": motor.name,
-        key: round(abs(motor.steps_per_unit) * scale, 6),
-        "counts_up_for": shares,
-        "follows": others,
-    }
-
-
-def _wire(config: ArmConfig) -> dict[str, float]:
-    """Return the time of an exchange on this wire, and the share of time left for motion."""
-    able, baud = dialect(config.connection.dialect).abilities, config.connection.baud
-    lengths = Budget(config.motion.jog_burst_s, config.motion.planned_burst_s)
-    share = lengths.moving_share(able.traffic, baud, able.queued_segments)
-    return {
-        "exchange_s": round(able.traffic.exchange_s(baud), 4),
-        "moving_share": round(share, 3),
-    }
+def _motors(transmission: Transmission | None) -> Iterator[dict[str, Any]]:
+    if transmission is None:
+        return
+    seen = [*transmission.joint_names, OPENING][: len(transmission.motors)]
+    for index, motor in enumerate(transmission.motors):
+        turns = index < len(transmission.joint_names)
+        steps = abs(motor.steps_per_unit) * (math.tau if turns else 1.0)
+        sign = math.copysign(1.0, motor.steps_per_unit)
+        shares = zip(seen, motor.sees, strict=True)
+        yield {
+            "name": motor.name,
+            "steps_per_turn" if turns else "steps_per_mm": round(steps, 6),
+            "counts_up_for": {name: sign * share for name, share in shares if share},
+            "follows": {transmission.motors[other].name: ratio for other, ratio in motor.follows},
+        }
 
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:

@@ -9,7 +9,7 @@ from grbl_arm import config, found, ready
 
 from armdrive import Arm
 from armdrive.cli.set_up import arm_trials
-from armdrive.cli.set_up.attendance import Attendance
+from armdrive.cli.set_up.arm_trials import Attendance
 from armdrive.config.arm import limit_remarks
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config

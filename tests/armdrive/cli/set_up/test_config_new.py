@@ -15,7 +15,7 @@ from pages import blocks, page
 from armdrive import Arm
 from armdrive.cli.set_up import arm_trials
 from armdrive.cli.set_up.arguments import CONFIG_ACTIONS
-from armdrive.cli.set_up.attendance import Attendance
+from armdrive.cli.set_up.arm_trials import Attendance
 from armdrive.connect.parts import connect_simulated
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm, parse_arm
