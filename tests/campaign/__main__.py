@@ -18,7 +18,7 @@ from multiprocessing import get_context
 from armdrive.registry import DIALECTS
 from tests.scenarios.happenings import HAPPENINGS
 
-from .mission import Outcome, Result, run_mission
+from .mission import Outcome, Result, run_mission, run_task
 from .programs import PROGRAM_FAULTS
 
 CHUNK = 10
@@ -55,16 +55,12 @@ def tasks(dialects: Sequence[str], missions: int, seed: int) -> list[Task]:
     return [(dialects[i % len(dialects)], seed + i // len(dialects)) for i in range(missions)]
 
 
-def run_task(task: Task) -> Result:
-    """Run one mission."""
-    return run_mission(*task)
-
-
 def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
     """Run missions, in processes of their own if there is more than one job."""
     if jobs <= 1:
         yield from map(run_task, wanted)
         return
+    # `run_task` is in another file, because a spawned process does not load a package's `__main__`
     with get_context("spawn").Pool(jobs) as pool:
         yield from pool.imap_unordered(run_task, wanted, CHUNK)
 

@@ -328,3 +328,8 @@ class Mission:
 def run_mission(dialect: str, seed: int, *, keep_log: bool = False) -> Result:
     """Run one mission."""
     return Mission(dialect, seed).run(keep_log=keep_log)
+
+
+def run_task(task: tuple[str, int]) -> Result:
+    """Run the mission of a dialect and a seed."""
+    return run_mission(*task)

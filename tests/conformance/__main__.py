@@ -7,9 +7,7 @@ The exit code is 1 if a behaviour is not as promised.
 """
 
 import argparse
-import os
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -17,13 +15,11 @@ from pathlib import Path
 
 from armdrive.registry import DIALECTS
 
-from .running import BEHAVIOURS, BENCHES, RowResult, Verdict, is_reachable, run_row
+from .running import BEHAVIOURS, BENCHES, RowResult, Task, Verdict, is_reachable, run_task
 from .table import broken, markdown, page, summary
 
 COMMAND = "python -m tests.conformance --write docs/background/conformance.md"
 JOBS = 4
-Task = tuple[str, str, str]
-"""A row: behaviour, dialect and transport."""
 
 
 def options(words: Sequence[str] | None) -> argparse.Namespace:
@@ -48,16 +44,6 @@ def tasks(chosen: argparse.Namespace) -> list[Task]:
         for dialect in chosen.dialect or DIALECTS
         if is_reachable(dialect, transport)
     ]
-
-
-def run_task(task: Task) -> RowResult:
-    """Run one row with a home folder of its own, so that rows share no records."""
-    name, dialect, transport = task
-    behaviour = next(row for row in BEHAVIOURS if row.name == name)
-    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
-        os.environ["ARMDRIVE_HOME"] = home
-        os.environ.pop("ARMDRIVE_FORCE_SIM", None)
-        return run_row(behaviour, dialect, transport, BENCHES[transport])
 
 
 def results(wanted: Sequence[Task], jobs: int) -> Iterator[RowResult]:

@@ -3,6 +3,8 @@
 `BEHAVIOURS` has all rows in the order of the page, and `BENCHES` all benches.
 """
 
+import os
+import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -86,3 +88,17 @@ BENCHES: Mapping[str, type[Bench]] = MappingProxyType(
 def is_reachable(dialect: str, transport: str) -> bool:
     """Return whether the controller of a dialect can be reached over a transport."""
     return BENCHES[transport].on_bus or not DIALECTS[dialect].can
+
+
+Task = tuple[str, str, str]
+"""A row: behaviour, dialect and transport."""
+
+
+def run_task(task: Task) -> RowResult:
+    """Run one row with a home folder of its own, so that rows share no records."""
+    name, dialect, transport = task
+    behaviour = next(row for row in BEHAVIOURS if row.name == name)
+    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
+        os.environ["ARMDRIVE_HOME"] = home
+        os.environ.pop("ARMDRIVE_FORCE_SIM", None)
+        return run_row(behaviour, dialect, transport, BENCHES[transport])
