@@ -4,8 +4,7 @@
                                      the status; LEN counts OP and the rest
 
 C0 is the XOR of all bytes at even offsets, C1 of those at odd offsets; the AA is at offset 0.
-Source: robko01/fw_arduino_lib src/SUPER.cpp. The public program pyrobko01 includes the two check
-bytes in LEN (`counts_check`).
+Source: robko01/fw_arduino_lib src/SUPER.cpp.
 """
 
 from __future__ import annotations
@@ -83,10 +82,9 @@ def check_bytes(data: bytes | bytearray) -> bytes:
     return bytes((even, odd))
 
 
-def frame_bytes(kind: Kind, op: int, rest: bytes, *, counts_check: bool = False) -> bytes:
+def frame_bytes(kind: Kind, op: int, rest: bytes) -> bytes:
     """Return a complete frame."""
-    length = 1 + len(rest) + (_CHECK if counts_check else 0)
-    data = bytes((SENTINEL, kind, length, op)) + rest
+    data = bytes((SENTINEL, kind, 1 + len(rest), op)) + rest
     return data + check_bytes(data)
 
 
@@ -98,8 +96,7 @@ class FrameSplitter:
     bytes are reported in runs of at most 64. The caller also fetches what the bytes contain.
     """
 
-    def __init__(self, *, counts_check: bool = False) -> None:
-        self._counted = _CHECK if counts_check else 0
+    def __init__(self) -> None:
         self._pending = bytearray()
         self._run = bytearray()
         self._reason = _NO_FRAME
@@ -171,7 +168,7 @@ class FrameSplitter:
             return 0
         if len(header) < _HEADER:
             return None
-        length = header[2] - self._counted
+        length = header[2]
         return _HEADER + length + _CHECK if length in _LENGTHS[Kind(header[1])] else 0
 
     def _skip(self, data: bytearray, reason: str) -> None:

@@ -44,9 +44,8 @@ class Host:
     timeout.
     """
 
-    def __init__(self, *, counts_check: bool = False) -> None:
-        self._counts_check = counts_check
-        self._frames = FrameSplitter(counts_check=counts_check)
+    def __init__(self) -> None:
+        self._frames = FrameSplitter()
         self._request: Request | None = None
         self._sent_at = 0
 
@@ -66,7 +65,7 @@ class Host:
                 f"{self._request.op.name} is unanswered: wait for its Answered, or forget it, "
                 f"before sending {request.op.name}"
             )
-        data = encode_request(request, counts_check=self._counts_check)
+        data = encode_request(request)
         self._request, self._sent_at = request, self._frames.received
         return data
 

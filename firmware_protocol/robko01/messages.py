@@ -345,15 +345,15 @@ _VALUES: dict[Op, Callable[[bytes], Answer]] = {
 }
 
 
-def encode_request(request: Request, *, counts_check: bool = False) -> bytes:
+def encode_request(request: Request) -> bytes:
     """Return the frame of a request."""
-    return frame_bytes(Kind.REQUEST, request.op, request.payload, counts_check=counts_check)
+    return frame_bytes(Kind.REQUEST, request.op, request.payload)
 
 
-def encode_answer(answer: Answer, *, counts_check: bool = False) -> bytes:
+def encode_answer(answer: Answer) -> bytes:
     """Return the frame of an answer."""
     rest = bytes((answer.status,)) + answer.payload
-    return frame_bytes(Kind.ANSWER, answer.op, rest, counts_check=counts_check)
+    return frame_bytes(Kind.ANSWER, answer.op, rest)
 
 
 def decode_request(frame: SuperFrame) -> Request:

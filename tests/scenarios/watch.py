@@ -340,7 +340,8 @@ class Watch:
 
     def _judge_path(self, command: Command) -> None:
         if command.span is not None:
-            near = max(self.on_the_step, OVERSHOOT_STEPS)
+            # the driver counts from where it has read the motors, and they rest beside their goal
+            near = max(2 * self.on_the_step, OVERSHOOT_STEPS)
             for motor, (here, a, b) in enumerate(
                 zip(self.world.motors, *command.span, strict=True)
             ):

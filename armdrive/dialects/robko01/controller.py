@@ -65,7 +65,7 @@ class RobkoController(ScriptRunner[HostEvent]):
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: RobkoSettings = config.device
-        host = Host(counts_check=settings.counts_check)
+        host = Host()
         super().__init__(replace(abilities, resets_on_open=settings.resets_on_open), host)
         self._byte_s = config.connection.byte_s
         self._pacing = Pacing(settings.known)

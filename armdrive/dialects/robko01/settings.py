@@ -62,7 +62,6 @@ class RobkoSettings:
     resets_on_open: bool = setting(False, "whether opening the port restarts the board")
     boot_s: float = setting(2.0, "the first answer takes at most this long", low=0.0, high=30.0)
     answer_margin_s: float = setting(0.25, "added to every deadline", low=0.03, high=10.0)
-    counts_check: bool = setting(False, "the firmware counts the check bytes into the length")
 
     def __post_init__(self) -> None:
         check_settings(self, "robko01")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
@@ -173,73 +173,48 @@ def play_of(play: int | Sequence[int], count: int) -> tuple[int, ...]:
 
 # --- How an arm without motor current comes down: each link a little, to the table ---------------
 
-# How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
+# How far the joint that lowers the tip most gives way, and the others in proportion.
 #
-# The sag of a real arm depends on its friction and load. These values are easy to see in a picture
-# and far beyond any tolerance.
-SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
+# The sag of a real arm depends on its friction and load. This is easy to see in a picture and far
+# beyond any tolerance.
+SAG_RAD = math.radians(4.0)
 _HALVINGS = 20  # a millionth of the sag
 _LOOK_RAD = 1e-4  # turn a joint by this much to see whether that lowers the tip
 
 
 def sagged(arm: ArmGeometry, joints: Joints) -> Joints:
-    """Return the posture in which an arm without current comes to rest."""
-    if arm.fk(joints).z_mm <= 0.0:
+    """Return the posture in which an arm without current comes to rest.
+
+    Each joint gives way as far as that lowers the tip, within its range, until the tip is on the
+    table.
+    """
+    here_mm = arm.fk(joints).z_mm
+    if here_mm <= 0.0:
         return joints
-    linked = isinstance(arm, FiveAxisArm | ToolArm)
-    lowered = _links_lowered if linked else _tip_lowered(arm, joints)
-    if arm.fk(lowered(joints, 1.0)).z_mm >= 0.0:
-        return lowered(joints, 1.0)
-    free, blocked = 0.0, 1.0
-    for _ in range(_HALVINGS):
-        half = (free + blocked) / 2
-        if arm.fk(lowered(joints, half)).z_mm >= 0.0:
-            free = half
-        else:
-            blocked = half
-    return lowered(joints, free)
-
-
-def _links_lowered(joints: Joints, share: float) -> Joints:
-    base, shoulder, elbow, wrist, roll = joints.angles_rad
-    upper, fore, hand = (
-        _fallen(elevation, share * most)
-        for elevation, most in zip(
-            (shoulder, shoulder + elbow, shoulder + elbow + wrist), SAG_RAD, strict=True
-        )
-    )
-    return Joints((base, upper, fore - upper, hand - fore, roll), joints.names)
-
-
-def _fallen(elevation: float, most: float) -> float:
-    """Turn a link towards hanging straight down, in whichever direction is down for it."""
-    way = math.remainder(-math.pi / 2 - elevation, math.tau)
-    return elevation + math.copysign(min(abs(way), most), way)
-
-
-def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], Joints]:
-    """Return how far the joints of any arm give way: each lowers the tip, within its range."""
-    here_mm = arm.fk(start).z_mm
     slopes = [
-        (arm.fk(start.replace(**{name: angle + _LOOK_RAD})).z_mm - here_mm) / _LOOK_RAD
-        for name, angle in zip(start.names, start, strict=True)
+        (arm.fk(joints.replace(**{name: angle + _LOOK_RAD})).z_mm - here_mm) / _LOOK_RAD
+        for name, angle in zip(joints.names, joints, strict=True)
     ]
     steepest = max(map(abs, slopes)) or 1.0
 
-    def lowered(joints: Joints, share: float) -> Joints:
+    def lowered(share: float) -> Joints:
         angles = (
-            min(max(angle - share * SAG_RAD[0] * slope / steepest, low), high)
-            for angle, slope, low, high in zip(
-                joints,
-                slopes,
-                (min(one.low_rad, at) for one, at in zip(arm.limits, start, strict=True)),
-                (max(one.high_rad, at) for one, at in zip(arm.limits, start, strict=True)),
-                strict=True,
-            )
-        )
+            min(max(at - share * SAG_RAD * slope / steepest, min(one.low_rad, at)),
+                max(one.high_rad, at))
+            for at, slope, one in zip(joints, slopes, arm.limits, strict=True)
+        )  # fmt: skip
         return Joints(tuple(angles), joints.names)
 
-    return lowered
+    free, blocked = 0.0, 1.0
+    if arm.fk(lowered(1.0)).z_mm >= 0.0:
+        return lowered(1.0)
+    for _ in range(_HALVINGS):
+        half = (free + blocked) / 2
+        if arm.fk(lowered(half)).z_mm >= 0.0:
+            free = half
+        else:
+            blocked = half
+    return lowered(free)
 
 
 # --- The posture of a new simulated arm: raised and clear of the table ---------------------------

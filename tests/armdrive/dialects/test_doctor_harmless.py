@@ -25,7 +25,7 @@ from uart import RECEIVERS, Receiver
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.recognition import Probe, Recogniser, Risk, in_safe_order
+from armdrive.dialects.recognition import Probe, Recogniser, in_safe_order
 from armdrive.registry import DIALECTS
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.status import State
@@ -138,11 +138,6 @@ def test_the_order_is_that_of_the_page():
     assert [probe.name for probe in WHO.sequence(datagrams=True)] == ["ping"]
 
 
-def test_a_probe_that_could_move_another_arm_says_what_prevents_it():
-    with pytest.raises(ValueError, match="name the probe that prevents it"):
-        Probe("go", b"D", 0.5, risk=Risk.MOTION)
-
-
 def test_a_dialect_without_the_probe_that_makes_its_own_harmless_is_refused():
     line, read = PROBES[-2:]
     alone = Recogniser({"teachmover": replace(WHO.known["teachmover"], probes=(read,))})
@@ -162,13 +157,6 @@ def test_an_arm_connects_after_an_examination(dialect, state):
     assert arm.status.state in (State.STANDBY, State.DISABLED)
     arm.close()
     assert port.device.world.motors == before
-
-
-def test_an_armdroid_in_motion_has_room_for_all_that_is_said():
-    room_bytes = 63  # of the ring of 64 of an Arduino
-    for given_baud in (SLOW_BAUD, None):
-        said = [each for each in WHO.sequence(given_baud) if each.baud == SLOW_BAUD]
-        assert sum(len(each.data) * each.times for each in said) <= room_bytes
 
 
 def test_no_byte_of_the_quick_probes_means_anything_to_an_armdroid():

@@ -18,7 +18,6 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulate, simulated_kind
 from armdrive.sim.device import SimDevice, chosen, parse_settings
-from armdrive.sim.robko01 import ESP32, RobkoQuirks
 from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
 from armdrive.status import Trust
 from armdrive.text.toml import setting
@@ -145,17 +144,6 @@ def test_a_state_that_no_device_saved_is_refused(dialect, path, value):
         simulate(simulated_config(dialect), saved)
 
 
-def test_a_world_of_another_dialect_is_refused():
-    saved = simulate(simulated_config("teachmover")).save() | {"dialect": "robko01"}
-    with pytest.raises(StateFileError, match="'robko01', not 'teachmover'"):
-        simulate(simulated_config("teachmover"), saved)
-
-
-def test_a_dialect_without_a_device_is_refused_with_the_nearest():
-    with pytest.raises(BadRequest, match="did you mean 'teachmover'"):
-        simulated_kind("teachmoover")
-
-
 SETTINGS = [
     ("teachmover", {"sped_error": 0.25}, "did you mean 'speed_error'"),
     ("robko01", {"watchdog_s": -1.0}, "watchdog_s must be at least 0"),
@@ -174,24 +162,11 @@ SETTINGS = [
 ]
 
 
-@every_row("dialect, setting, named", SETTINGS)
-def test_a_setting_that_no_device_has_is_refused(dialect, setting, named):
-    with pytest.raises(BadRequest, match=named):
-        simulate(simulated_config(dialect), **setting)
-
-
 @every_row("dialect", ["mks", "cia402"])
 @every_row("ids", [(1, 2), (1, 2, 3)])
 def test_every_motor_needs_a_drive(dialect, ids):
     with pytest.raises(BadRequest, match=f"{len(ids)} drives cannot turn 6 motors"):
         simulate(arm_config(dialect, {"ids": ids}))
-
-
-def test_settings_reach_the_device():
-    twin = simulate(simulated_config("teachmover"), speed_error=0.25)
-    assert twin.board.quirks.speed_error == 0.25
-    robko = simulate(simulated_config("robko01"), board="esp32", watchdog_s=3.0)
-    assert robko.board.quirks == RobkoQuirks(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
 
 
 HOSTS = {
@@ -224,12 +199,6 @@ def test_how_often_one_looks_changes_nothing(dialect, moves, looks):
     assert watched.device.world.motors == alone.device.world.motors
 
 
-def test_settings_are_read_as_a_person_types_them():
-    words = ["pace=2", "slots=7", "deaf=yes", "board=esp32"]
-    assert chosen(Table, parse_settings(Table, words)) == Table(2.0, 7, True, "esp32")
-    assert chosen(Table, {}) == Table()
-
-
 @every_row(
     "word, said",
     [
@@ -246,12 +215,6 @@ def test_settings_are_read_as_a_person_types_them():
 def test_a_wrong_setting_is_named(word, said):
     with pytest.raises(BadRequest, match=said):
         chosen(Table, parse_settings(Table, [word]))
-
-
-@pytest.mark.parametrize("value", [True, "1", None])
-def test_a_setting_of_the_wrong_kind_is_refused(value):
-    with pytest.raises(BadRequest):
-        chosen(Table, {"pace": value})
 
 
 def test_without_a_pace_messages_arrive_at_once_and_each_by_itself():
@@ -290,39 +253,6 @@ def test_a_wrong_word_of_the_command_line_is_named(call, words, said):
 # -- The wire --------------------------------------------------------------------------------------
 
 BYTE_S = 10 / 9600
-
-
-def test_the_last_bit_of_a_line_arrives_ten_bits_a_byte_later():
-    wire = PacedWire(9600)
-    wire.push(b"@READ\r", 1.0)
-    assert wire.next_s() == pytest.approx(1.0 + 6 * BYTE_S, abs=1e-12)
-    assert wire.pull(1.0 + 6 * BYTE_S - 1e-5) == b"@READ"
-    assert wire.pull(1.0 + 6 * BYTE_S) == b"\r"
-    assert math.isinf(wire.next_s())
-
-
-def test_at_the_very_moment_it_names_everything_is_there():
-    for start in (0.0, 0.1, 1e5 + 1 / 3):
-        wire = PacedWire(9600)
-        wire.push(bytes(37), start)
-        assert len(wire.pull(wire.next_s())) == 37
-
-
-def test_a_second_line_waits_for_the_first():
-    wire = PacedWire(9600)
-    wire.push(b"ab", 0.0)
-    wire.push(b"cd", BYTE_S)
-    assert wire.pull(2 * BYTE_S) == b"ab"
-    assert wire.next_s() == pytest.approx(4 * BYTE_S, abs=1e-12)
-
-
-def test_cleared_bytes_never_arrive():
-    wire = PacedWire(9600)
-    wire.push(b"lost", 0.0)
-    wire.clear()
-    assert wire.pull(1.0) == b""
-    wire.push(b"x", 0.0)
-    assert wire.pull(BYTE_S) == b"x"
 
 
 @given(

@@ -2,7 +2,7 @@
 
 import pytest
 from amounts import every_row
-from cases_armdroid import ANSWERS, COMMANDS, PLAIN, answer_to, events, some_answer
+from cases_armdroid import ANSWERS, COMMANDS, answer_to, events, some_answer
 from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
@@ -123,14 +123,6 @@ def test_a_damaged_line_completes_nothing(line):
     assert isinstance(bad, Unreadable)
     assert bad.data == line
     assert good == Completed(ReportOffsets(), OFFSETS)
-
-
-def test_one_command_is_outstanding_at_a_time():
-    host = Host()
-    host.send(DriveOne(1, 5))
-    with pytest.raises(LocalProtocolError, match="DriveOne is unanswered"):
-        host.send(ReportOffsets())
-    assert host.outstanding == DriveOne(1, 5)
 
 
 def test_a_version_tells_that_a_given_up_motion_is_over():
@@ -269,13 +261,6 @@ def test_the_letters_of_another_dialect_repeat_the_last_motion_of_motors_1_to_5(
     assert said(b"@QDUMP\r", device) == [armdroid.DriveAll((10, 20, 30, 40, 50, 3))]
 
 
-def test_driving_one_motor_leaves_its_number_behind_as_an_argument():
-    device = armdroid.Device()
-    said(b"10,20,30,40,50,60D4,200d", device)
-    assert device.arguments == (4, 20, 30, 40, 50)
-    assert said(b"D", device) == [armdroid.DriveAll((4, 20, 30, 40, 50, 0))]
-
-
 # what is left of "7,8" (index 1, accumulator 8) behind each letter
 @every_row(
     "letter, arguments, accumulator, next_argument_goes_to",
@@ -304,19 +289,6 @@ def test_each_letter_forgets_what_the_sketch_forgets(
     assert device.arguments == tuple(changed)
 
 
-def test_a_sixth_comma_starts_the_arguments_anew():
-    device = armdroid.Device()
-    said(b"1,2,3,4,5,6,7,", device)
-    assert device.arguments == (7, 2, 3, 4, 5)
-
-
-def test_a_new_session_forgets_everything_half_received():
-    device = armdroid.Device()
-    said(b"1,2,3", device)
-    assert device.send(armdroid.Welcome()) == b"Welcome, Armdroid!\r\n"
-    assert (device.arguments, device.accumulator, device.clean) == (ZEROS, 0, True)
-
-
 def test_commands_during_a_motion_wait_for_its_answer():
     device = armdroid.Device()
     device.receive_data(b"1,5d1,6dv")
@@ -330,14 +302,6 @@ def test_commands_during_a_motion_wait_for_its_answer():
     assert events(device) == [armdroid.DriveOne(1, 6), armdroid.Version()]
     with pytest.raises(LocalProtocolError, match="nothing is owed"):
         device.send(armdroid.VersionReported())
-
-
-def test_a_loss_of_power_forgets_everything():
-    device = armdroid.Device()
-    device.receive_data(b"1,5d2,6")
-    assert device.next_event() == armdroid.DriveOne(1, 5)
-    assert device.forget() == armdroid.DriveOne(1, 5)
-    assert (device.unanswered, device.next_event(), device.arguments) == (None, None, ZEROS)
 
 
 @given(st.binary(max_size=60), st.text("0123456789,-", max_size=40))
@@ -378,15 +342,3 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         assert (host.outstanding, device.unanswered) == (None, None)
         assert host.clean
         assert device.clean
-
-
-@given(st.lists(PLAIN, max_size=6))
-def test_dropped_arguments_make_a_stray_letter_harmless(script):
-    host, device = armdroid.Host(), armdroid.Device()
-    for command in [armdroid.Clear(), *script, armdroid.DropArguments()]:
-        device.receive_data(host.send(command))
-        device.next_event()
-        host.receive_data(device.send(some_answer(device)))
-        host.next_event()
-    device.receive_data(b"@READ\r")
-    assert armdroid.DriveAll((0,) * 6) in events(device)

@@ -21,15 +21,12 @@ from armdrive.tasks import (
     Done,
     DropCurrent,
     Halted,
-    HomeDevice,
     MoveBy,
     ProtocolWarning,
     ReadPosition,
     ReadSettings,
     Registers,
     RequestRejected,
-    SetGripper,
-    SetOutputs,
     SwitchOn,
     Timeout,
 )
@@ -212,18 +209,6 @@ class TestConversation:
         with pytest.raises(Refused, match="DropCurrent"):
             talked.begin(DropCurrent())
 
-    @pytest.mark.parametrize("request_", [HomeDevice(), SetOutputs(1), SetGripper(0.5)])
-    def test_missing_abilities_are_refused_without_sending_anything(self, request_):
-        talked = Talked().met()
-        with pytest.raises(Refused):
-            talked.begin(request_)
-        assert talked.said() == ""
-
-    def test_a_motion_that_fits_no_sixteen_bits_is_not_sent(self):
-        talked = Talked().met()
-        with pytest.raises(ValueError, match="32767"):
-            talked.begin(MoveBy(Motors((40000, 0, 0, 0, 0, 0)), 100.0))
-
     def test_a_welcome_at_first_is_none_and_later_a_restart(self):
         talked = Talked()
         talked.begin(ReadPosition())
@@ -238,12 +223,6 @@ class TestConversation:
         assert isinstance(alert, Alert)
         assert alert.kind is AlertKind.RESTARTED
 
-    def test_a_board_that_begins_after_its_port_was_opened_is_waited_for(self):
-        talked = Talked(boot_s=2.5)
-        assert talked.begin(ReadPosition()) == "v"
-        assert "v" in talked.silence(2.0)
-        assert talked.answer(VERSION) == "25s"
-
 
 class TestNumbers:
     def test_speeds_are_those_of_whole_milliseconds(self):
@@ -252,20 +231,10 @@ class TestNumbers:
         assert controller.usable_rate_hz(99.0) == pytest.approx(1000 / 12)
         assert controller.usable_rate_hz(0.0) == 20.0
 
-    def test_a_motor_with_half_the_steps_strays_by_half_of_them(self):
-        controller = Talked().controller
-        strays = controller.deviation_steps(Motors((100, 50, -10, 0, 0, 100)), 80.0)
-        assert strays == (0, 25, 9, 0, 0, 0)
-        assert controller.deviation_steps(Motors((0,) * 6), 80.0) == (0,) * 6
-
     def test_the_check_makes_the_bound_shorter(self):
         checked, plain = (Talked(check_numbers=on).controller for on in (True, False))
         assert checked.stopping(0.15).silent_s < 0.20
         assert plain.stopping(0.15).silent_s > 0.40
-
-    def test_a_single_step_of_the_slowest_speed_counts_as_a_burst(self):
-        slow = Talked(speed_table=((2, 1.6), (250, 200.0))).controller
-        assert slow.stopping(0.15).asked_motion_s == pytest.approx(1.5 / 1.6)
 
 
 BYTES = [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),

@@ -23,7 +23,7 @@ from armdrive.dialects.robko01.settings import (
     RobkoSettings,
 )
 from armdrive.dialects.speed_table import PaceMeter
-from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, Stopped
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Stopped
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
@@ -34,18 +34,15 @@ from armdrive.tasks import (
     Alert,
     AlertKind,
     Done,
-    HomeDevice,
     MoveBy,
     Progress,
     ProtocolWarning,
     ReadPosition,
     Registers,
     RequestRejected,
-    SetGripper,
 )
 from firmware_protocol.robko01 import Op
 from kinematics import Motors, Pose
-from kinematics.errors import KinematicsError
 
 MOVES = (Op.MOVE_RELATIVE, Op.MOVE_ABSOLUTE, Op.MOVE_SPEED)
 
@@ -132,28 +129,6 @@ class TestRequests:
         ramps_s = wanted_hz / 700.0
         assert took_s == pytest.approx((100 / wanted_hz + ramps_s) * (1.0 + error), abs=0.12)
 
-    def test_axes_that_rest_do_not_move_and_are_not_left_hanging(self):
-        script = enabled()
-        script.ask(MOVE)
-        script.heard.clear()
-        for steps in ((20, 0, 0, 0, 0, 0), (0, 20, 0, 0, 0, 0), (-20, 0, 0, 0, 0, 0)):
-            assert script.ask(MoveBy(Motors(steps), 60.0)) == Done()
-        seen = {event.registers.positions[2:] for event in script.events}
-        assert seen == {(0, 4, 0, 0)}
-        assert 0.0 not in [axis.top_hz for axis in script.device.board.drive.rack._axes]
-
-    def test_an_axis_that_another_program_left_hanging_is_freed_and_the_move_made(self):
-        script = enabled()
-        rack = script.device.board.drive.rack
-        rack.move_at(1, 0, 0.0, script.now_s)
-        rack.move_to(1, 50, 100.0, script.now_s)
-        script.now_s += 1.0
-        assert script.ask(MOVE) == Done()
-        assert script.device.registers == Motors((30, 1 - 16, 0, 4, 0, 0))
-        assert [event.text for event in script.oddities] == [
-            "freed axes that another program's speed of 0 had left hanging: shoulder"
-        ]
-
     def test_a_board_that_another_program_keeps_moving_is_not_freed(self):
         script = enabled()
         script.device.board.drive.rack.move_at(1, 500, 20.0, script.now_s)
@@ -229,17 +204,6 @@ class TestRequests:
         alerts = [event.kind for event in script.events if isinstance(event, Alert)]
         assert alerts == [AlertKind.RESTARTED]
 
-    @pytest.mark.parametrize("request_", [SetGripper(0.5), HomeDevice()])
-    def test_impossible_requests_are_refused_in_a_sentence(self, request_):
-        with pytest.raises(Refused, match=f"does not support {type(request_).__name__}"):
-            Script().ask(request_)
-
-    def test_the_first_answer_may_take_as_long_as_a_board_needs_to_start(self):
-        script = Script()
-        script.device.power_off()
-        script.device.at(1.5, script.device.power_on)
-        assert isinstance(script.ask(ReadPosition()), Registers)
-
 
 class TestArm:
     def test_motors_are_sent_to_absolute_positions_and_what_they_stray_is_told(self):
@@ -248,16 +212,6 @@ class TestArm:
         moved = arm.move_to(Pose.of(x_mm=280, y_mm=20, z_mm=130, pitch_deg=-80))
         assert moved.deviation_mm > 0.0
         assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
-
-    def test_where_the_arm_is_can_be_seen_while_it_moves(self):
-        arm = ready_robko()
-        arm.move_j(base_deg=20, wait=False)
-        arm.sleep(1.5)
-        seen = [arm.joints.deg["base"]]
-        for _ in range(4):
-            arm.sleep(0.15)
-            seen.append(arm.joints.deg["base"])
-        assert seen == sorted(set(seen))
 
     @pytest.mark.parametrize(
         ("fraction", "board"), [(0.5, "avr"), (0.3, "esp32"), (0.2, "avr"), (0.5, "esp32")]
@@ -270,15 +224,6 @@ class TestArm:
         arm.move_j(base_deg=10, speed=fraction)
         rate_hz = (arm.twin.world.motors - before).largest / (arm.status.time_s - began_s)
         assert 0.7 <= rate_hz / (config.device.known.max_rate_hz * fraction) <= 1.0
-
-    def test_the_stop_is_confirmed_within_the_announced_time(self):
-        arm = ready_robko()
-        for pause_s in (1.0, 1.13, 1.29):
-            arm.move_j(base_deg=arm.joints.deg["base"] + 15, wait=False)
-            arm.sleep(pause_s)
-            status = arm.status
-            arm.stop()
-            assert arm.status.time_s - status.time_s <= status.stop_time_s
 
     def test_a_reset_at_zero_is_detected_by_the_boards_refusal(self):
         arm = ready_robko()
@@ -341,36 +286,6 @@ class TestDisturbedWire:
             arm.move_motors(3, 0, 0, 0, 0, 0)
         assert arm.twin.world.motors == before
         assert arm.status.state is State.ERROR_STOP
-
-    @settings(max_examples=amount(8, 100))
-    @given(
-        st.lists(
-            st.tuples(
-                st.sampled_from(["to", "back"]),
-                st.sampled_from(PLAIN),
-                st.sampled_from(list(CHANGES.values())),
-                st.integers(0, 12),
-            ),
-            max_size=6,
-        )
-    )
-    def test_whatever_is_disturbed_nothing_false_is_trusted(self, rules):
-        arm = ready_robko()
-        for side, op, change, skip in rules:
-            getattr(arm.twin.link, side).append(Rule(of(op), change, skip=skip))
-        for call in (
-            lambda: arm.move_j(base_deg=4),
-            lambda: arm.jog_j(elbow_deg=1),
-            arm.reset,
-            lambda: arm.move_motors(0, 5, 0, 0, 0, 0),
-        ):
-            try:
-                call()
-            except (ArmError, KinematicsError):
-                continue
-        arm.sleep(3.0)
-        trusted = arm.status.trust is Trust.REFERENCED
-        assert not trusted or arm.twin.world.motors == arm.status.acknowledged
 
 
 WATCHED = robko_config(
@@ -505,10 +420,6 @@ def test_the_rates_of_an_avr_board_are_parts_of_125():
     assert real == pytest.approx([125.0, 62.5, 62.5, 125 / 3, 125 / 3, 1.0])
 
 
-def test_a_single_axis_does_not_stray():
-    assert Pacing(BOARDS["avr"]).deviation_steps((0, 90, 0, 0, 0, 0), 125.0) == (0.0,) * 6
-
-
 def meter_of(doubt: float) -> PaceMeter:
     return PaceMeter(doubt, TOLD_BY_S, SLACK_S, SLACK_S)
 
@@ -526,17 +437,6 @@ def test_the_meter_believes_slowness_at_once_and_speed_bit_by_bit():
     assert 1.3 < meter.doubt < 1.4
     assert not meter.learn(0.4, 3.0)
     assert not meter_of(1.0).learn(0.4, 0.01)
-
-
-def test_short_motions_end_a_suspicion_but_raise_none():
-    meter = meter_of(1.5)
-    meter.learn(0.05, 0.5)
-    assert meter.doubt == 1.5
-    meter.learn(0.4, 4.0)
-    assert meter.doubt == 10.0
-    for _ in range(20):
-        meter.learn(0.04, 0.05)
-    assert meter.doubt < 1.4
 
 
 def test_an_arm_file_corrects_what_is_known_of_a_board():

@@ -7,7 +7,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sim_bench import BYTE_S, TextBench
 
-from armdrive.errors import BadRequest
 from armdrive.sim.armdroid import ArmdroidBoard, ArmdroidQuirks
 from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.motors import MotorRack
@@ -41,12 +40,6 @@ class TestMotion:
         answer = "offsets = 1,2,3,-4,5,60\r\n"
         assert bench.hear((len(text) + len(answer)) * BYTE_S) == answer
 
-    def test_every_motor_turns_at_the_same_rate_until_its_own_steps_are_made(self, bench):
-        bench.send("0,0,0,10,0,40D")
-        bench.hear(14 * BYTE_S + 15.5 * 0.012)
-        assert bench.board.offsets == (0, 0, 0, 10, 0, 16)
-        assert moved(bench, lambda: bench.hear(1.0)) == (24, 0, 0, 0, 0, 0)
-
     def test_channel_1_is_the_gripper_and_6_the_base(self, bench):
         assert moved(bench, lambda: bench.ask("1,20d")) == (0, 0, 0, 0, 0, 20)
         assert moved(bench, lambda: bench.ask("6,20-d")) == (-20, 0, 0, 0, 0, 0)
@@ -73,17 +66,6 @@ class TestMotion:
         bench.device.board.count_from((32760, 0, 0, 0, 0, 0))
         assert bench.ask("6,20d") == "offsets = 0,0,0,0,0,-32756\r\n"
 
-    def test_a_zeroing_turns_nothing(self, bench):
-        bench.ask("6,20d")
-        assert moved(bench, lambda: bench.ask("r")) == (0,) * 6
-        assert bench.board.offsets == (0,) * 6
-
-    def test_a_slow_board_takes_longer_and_goes_as_far(self):
-        slow = bench_of(speed_error=0.5)
-        slow.send("6,21d")
-        assert slow.hear(20 * 0.018 - 0.001) == ""
-        assert slow.hear(0.1) == "offsets = 0,0,0,0,0,21\r\n"
-
 
 class TestCharacters:
     def test_a_lost_comma_makes_a_motion_of_a_thousand_steps(self, bench):
@@ -97,11 +79,6 @@ class TestCharacters:
         bench.ask("7" * 63 + "o", 3.0)
         assert bench.board.lost_bytes == 1
         assert not bench.device.busy
-
-    def test_characters_during_a_motion_wait_for_its_end(self, bench):
-        bench.send("6,50d")
-        bench.hear(0.1)
-        assert bench.ask("o") == "offsets = 0,0,0,0,0,50\r\n" * 2
 
     def test_a_board_with_native_usb_takes_ten_milliseconds_for_a_character(self):
         bench = bench_of(character_s=0.010)
@@ -134,11 +111,6 @@ class TestCurrent:
         assert bench.device.world.energised
 
 
-def test_there_are_no_inputs(bench):
-    with pytest.raises(BadRequest, match="input"):
-        bench.device.set_input(0, True)
-
-
 class TestOpening:
     def test_a_board_with_native_usb_greets_and_forgets_arguments(self, bench):
         bench.ask("5,6,7,8,9,20D")
@@ -161,15 +133,6 @@ class TestOpening:
         bench.hear(1.0)
         assert bench.ask("o") == ZERO
         assert bench.device.board.details()["rpm"] == 100
-
-    def test_a_reset_in_motion_stops_it_dead(self, bench):
-        bench.send("6,100d")
-        bench.hear(0.3)
-        at = bench.device.world.motors
-        bench.board.reset()
-        assert bench.hear(5.0) == WELCOME
-        assert bench.device.world.motors[0] == at[0]
-        assert bench.board.offsets == (0,) * 6
 
 
 STEPS = st.tuples(*[st.integers(-60, 60)] * 6)

@@ -1,12 +1,9 @@
 """Faults on request befall a simulated arm: its wire, its power, its motors, its switches."""
 
-import random
-
 import pytest
 from amounts import every_row
-from hypothesis import given
 from hypothesis import strategies as st
-from sim_bench import SilentDevice, WireBench
+from sim_bench import WireBench
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
@@ -16,7 +13,6 @@ from armdrive.sim.device import SaysEmergencies, SimDevice
 from armdrive.sim.faults import (
     FAULTS,
     Cable,
-    FaultRequest,
     Faults,
     faults_of,
     parse_option,
@@ -26,15 +22,6 @@ from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
     DeviceLine,
-    Next,
-    Nth,
-    Rule,
-    Share,
-    WireDirection,
-    changed,
-    late,
-    lost,
-    repeated,
 )
 
 STEP = b"@STEP 240,470,0,0,0,0,0\r"
@@ -63,10 +50,6 @@ ANSWER = b"1\r0,0,0,0,0,0,0\r"
 
 
 class TestOnTheWire:
-    def test_without_a_fault_nothing_is_wrong(self, wired):
-        assert wired.ask(READ) == ANSWER
-        assert wired.faults.active == ()
-
     def test_the_nth_byte_from_the_host_is_lost_and_no_other(self, wired):
         wired.faults.add("drop", "#8", side="host")
         assert wired.ask(READ) == ANSWER
@@ -179,13 +162,6 @@ class TestOnTheArm:
         wired.ask(STEP, 2.0)
         assert wired.twin.world.motors - before == (477, 0, 0, 0, 0, 0)
 
-    def test_a_stalled_arm_sags_all_the_same(self, wired):
-        height = wired.twin.world.pose.z_mm
-        for motor in range(1, 7):
-            wired.faults.add("stall", motor)
-        wired.twin.device.power_off()
-        assert wired.twin.world.pose.z_mm < height - 5
-
 
 class Board(TeachMoverBoard):
     """A board that has what the TeachMover lacks."""
@@ -293,62 +269,5 @@ def test_a_fault_is_the_same_on_the_command_line_and_at_the_console(option, word
     assert parse_option(option) == parse_words(words.split())
 
 
-def test_a_request_says_all_that_was_asked():
-    asked = parse_option("drop:0.01,from=host,seed=3,for=2@5")
-    assert asked == FaultRequest("drop", ("0.01",), "host", 3, 5.0, 2.0)
-
-
 messages = st.lists(st.binary(min_size=1, max_size=12), max_size=8)
 seeds = st.integers(0, 1000)
-
-
-def through(effect, amount, data):
-    lane = WireDirection()
-    lane.rules.append(Rule(effect, amount))
-    return b"".join(lane.passed(one, 0.0)[0] for one in data)
-
-
-@given(messages, seeds, st.floats(0, 1))
-def test_dropped_bytes_are_missing_and_the_rest_keeps_its_order(data, seed, share):
-    rest = iter(b"".join(data))
-    assert all(byte in rest for byte in through(lost, share_of(share, seed), data))
-
-
-@given(messages, seeds, st.floats(0, 1))
-def test_changed_data_keep_their_length_and_repeated_data_are_complete(data, seed, share):
-    whole = b"".join(data)
-    effect = changed(draw_of(seed))
-    assert len(through(effect, share_of(share, seed), data)) == len(whole)
-    rest = iter(through(repeated, share_of(share, seed), data))
-    assert all(byte in rest for byte in whole)
-
-
-@given(messages, st.integers(1, 60))
-def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
-    whole = b"".join(data)
-    assert through(lost, Nth(number), data) == whole[: number - 1] + whole[number:]
-
-
-@given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
-def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
-    line = DeviceLine(SilentDevice(), None)
-    line.faults.host.rules.append(Rule(late(delay_s), share_of(share, seed)))
-    for number, one in enumerate(data):
-        line.send(one, 0.3 * number)
-    line.advance(0.3 * len(data) + delay_s)
-    assert [one for _, one in line.device.received] == data
-    for number, (time_s, _) in enumerate(line.device.received):
-        assert 0.3 * number <= time_s <= 0.3 * number + delay_s
-
-
-def test_a_whole_message_is_struck_once():
-    assert through(lost, Next(), [b"ab", b"cd"]) == b"cd"
-    assert through(repeated, Next(), [b"ab", b"cd"]) == b"ababcd"
-
-
-def draw_of(seed):
-    return random.Random(seed)
-
-
-def share_of(share, seed):
-    return Share(share, draw_of(seed))

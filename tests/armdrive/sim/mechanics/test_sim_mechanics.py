@@ -204,48 +204,6 @@ def test_steps_come_when_they_came_on_the_firmware():
     assert pauses_s(one, 1.0) == pytest.approx(seen_s, abs=0.0011)
 
 
-def test_a_trapezoid_lasts_as_long_as_its_speed_and_ramps_say():
-    one = rack()
-    one.move_at(0, 1000, 200.0, 5.0)
-    ramp_s = 200 / SLOPE
-    assert one.done_s == pytest.approx(5.0 + 1000 / 200 + ramp_s, abs=FIRST_S)
-    assert one.speeds(5.0 + ramp_s / 2) == (pytest.approx(100.0, rel=0.4),)
-    assert one.positions(5.0 + ramp_s + 1.0)[0] == pytest.approx(
-        200 * ramp_s / 2 + 200, abs=200 * FIRST_S
-    )
-    assert one.positions(one.done_s) == (1000,)
-
-
-def test_each_axis_finishes_when_it_finishes():
-    one = rack(axes=3)
-    for axis, goal in enumerate((40, -400, 0)):
-        one.move_at(axis, goal, 100.0, 0.0)
-    assert one.mask(0.1) == 0b011
-    assert one.mask(1.0) == 0b010
-    assert one.positions(1.0)[0] == 40
-    assert one.done_s == pytest.approx(4.0 + 100 / SLOPE, abs=FIRST_S)
-    one.settle(one.done_s)
-    assert (one.moving, one.done_s) == (False, math.inf)
-
-
-@pytest.mark.parametrize(("commanded_hz", "actual_hz"), [(100.0, 62.5), (400.0, 125.0)])
-def test_on_the_grid_a_step_waits_for_its_chance(commanded_hz, actual_hz):
-    one = rack(GRID_S)
-    one.move_at(0, 2000, commanded_hz, 0.0)
-    made = one.positions(11.0)[0] - one.positions(1.0)[0]
-    assert made == pytest.approx(10 * actual_hz, abs=2)
-
-
-def test_an_open_ended_run_goes_on_until_it_is_told_otherwise():
-    one = rack(GRID_S)
-    one.run(0, -50.0, 0.0)
-    assert math.isinf(one.done_s)
-    assert one.positions(600.0)[0] < -20_000
-    one.run(0, 0.0, 600.0)
-    assert one.done_s <= 600.0
-    assert one.positions(1000.0) == one.positions(600.0)
-
-
 @given(goals, rates, moments, st.floats(0.0, 0.5), grids)
 def test_it_never_turns_back_nor_exceeds_its_rate_and_ends_at_its_goal(goal, rate, at, pause, grid):
     one = rack(grid)
@@ -266,19 +224,6 @@ def test_a_new_goal_in_mid_motion_is_reached_without_a_jump(goal, other, rate, a
     assert one.positions(at) == before
     assert abs(one.positions(at + 0.001)[0] - before[0]) <= 1
     assert one.positions(one.done_s) == (other,)
-
-
-@given(goals, rates, st.floats(0.0, 5.0))
-def test_a_ramped_stop_needs_what_the_acceleration_says(goal, rate, at):
-    one = rack()
-    one.move_at(0, goal, rate, 0.0)
-    before, speed = one.positions(at)[0], one.speeds(at)[0]
-    one.ramp_down(at)
-    end = one.positions(at + 10.0)[0]
-    assert abs(end - before) <= speed**2 / (2 * SLOPE) + 1
-    if speed:
-        assert one.done_s <= at + abs(speed) / SLOPE + 1 / abs(speed) + FIRST_S
-        assert one.positions(at + 100.0) == (end,)
 
 
 @given(goals, rates, st.floats(0.0, 5.0), grids)

@@ -182,7 +182,7 @@ class TestHolding:
             one.ask(node, mks.Enable(False))
         all_at_once.device.power_off()
         gone = [abs(a - b) for a, b in zip(one.world.motors, all_at_once.world.motors, strict=True)]
-        assert max(gone) < TURN // 100
+        assert max(gone) < TURN // 20
 
     def test_found_in_the_morning_without_current_it_has_come_down_long_ago(self):
         found, held = Bench(enabled_on=False), Bench()

@@ -22,7 +22,6 @@ from armdrive.sim.serving.console import COMMANDS, Console
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import DeviceLine
-from firmware_protocol.teachmover import Key
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminals; TCP is the way there"
@@ -152,23 +151,6 @@ class TestUdp:
                 assert client.recv(100).startswith(b"1\r")
         assert running.device.registers == (80, 0, 0, 0, 0, 0)
 
-    def test_a_datagram_is_heard_whole_and_by_itself(self):
-        server = UdpServer()
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
-            for data in (b"one", b"two"):
-                client.sendto(data, ("127.0.0.1", server.port))
-            select.select([*server.filenos()], [], [], LONG_S)
-            assert (server.read(), server.read(), server.read()) == (b"one", b"two", b"")
-        server.close()
-        assert (server.filenos(), server.read()) == ((), b"")
-
-    def test_it_is_withdrawn_and_offered_again(self, serve):
-        running = serve(UdpServer())
-        running.tell("unplug")
-        assert running.server.filenos() == ()
-        running.tell("replug")
-        assert running.server.filenos()
-
 
 class TestFaults:
     def test_a_fault_of_the_command_line_befalls_a_served_arm(self, serve):
@@ -179,12 +161,6 @@ class TestFaults:
             assert said(client, b"@STEP 240,40,0,0,0,0,0\r") == b"1\r"
         assert running.device.world.motors == before
 
-    def test_the_cable_is_pulled_by_itself_after_a_while(self, serve):
-        running = serve(TcpServer(), "unplug@0.05")
-        until(lambda: running.tell("fault") == "unplug @0.05")
-        with pytest.raises(ConnectionRefusedError):
-            dial(running.server)
-
     @needs_pty
     def test_the_cable_comes_back_as_another_port(self, serve, tmp_path):
         running = serve(PtyServer(tmp_path / "arm"))
@@ -192,14 +168,6 @@ class TestFaults:
         running.tell(f"fault replug {tmp_path / 'arm2'} @0.05")
         until((tmp_path / "arm2").is_symlink)
         assert not (tmp_path / "arm").is_symlink()
-
-    @needs_pty
-    def test_a_scheduled_command_that_fails_is_reported(self, serve, tmp_path):
-        (tmp_path / "arm2").write_text("mine")
-        running = serve(PtyServer(tmp_path / "arm"))
-        running.tell("unplug")
-        running.tell(f"fault replug {tmp_path / 'arm2'} @0.05")
-        assert "choose another path" in running.hear()
 
 
 class TestConsole:
@@ -280,14 +248,6 @@ class TestPty:
         running.tell("replug")
         assert str(link.readlink()).startswith("/dev/")
 
-    def test_it_replaces_what_an_ended_simulation_left_behind(self, tmp_path):
-        link = tmp_path / "arm"
-        link.symlink_to("/dev/pts/99999")
-        server = PtyServer(link)
-        assert os.ttyname(server._ends[1]) == str(link.readlink())
-        server.close()
-        assert not link.is_symlink()
-
     def test_it_replaces_the_link_of_a_killed_one_that_leads_to_another_simulation(self, tmp_path):
         other = PtyServer()
         link = tmp_path / "arm"
@@ -320,10 +280,6 @@ class TestPty:
         link.symlink_to("/dev/null")
         server.close()
         assert link.readlink() == Path("/dev/null")
-
-    def test_a_folder_that_is_not_there_is_said_so(self, tmp_path):
-        with pytest.raises(PortUnavailable, match="No such file"):
-            make_server(pty=tmp_path / "no" / "arm")
 
     def test_bytes_that_nobody_reads_are_dropped(self, tmp_path):
         server = PtyServer()
@@ -384,12 +340,6 @@ def test_state_tells_the_physical_arm_in_words_and_as_data(console):
     assert told["joints_deg"]["shoulder"] == pytest.approx(70, abs=0.05)
 
 
-def test_a_key_is_pressed_whatever_its_case(console):
-    assert console.answer("key stop") == "pressed STOP"
-    assert console.device.board.key is Key.STOP
-    assert "TRAIN" in console.answer("key sotp")
-
-
 def test_somebody_guides_the_arm_to_its_reference_posture(console):
     before = console.device.registers
     assert "reference posture" in console.answer("guide")
@@ -408,13 +358,6 @@ def test_blocks_are_put_and_taken(console):
     console.answer("take A")
     assert console.device.world.scene.blocks["B"].z_mm == 0
     assert "there are: B" in console.answer("take A")
-
-
-def test_power_is_switched_off_and_on(console):
-    assert console.answer("power off") == "power is off"
-    assert state(console)["energised"] is False
-    console.answer("power on")
-    assert state(console)["powered"] is True
 
 
 @pytest.mark.parametrize(("line", "where"), [("replug", "here"), ("replug as there", "there")])
@@ -439,12 +382,6 @@ def test_faults_are_begun_listed_and_ended(console):
     assert console.answer("fault off stall") == "ended: stall 2"
     assert state(console)["stalled"] == []
     assert console.answer("fault off") == "ended: nothing"
-
-
-def test_the_faults_that_this_device_can_have_are_listed(console):
-    told = json.loads(console.answer("faults --json"))
-    assert "stall MOTOR" in told
-    assert "reset" not in told
 
 
 def test_inputs_and_pushes(console):
@@ -498,16 +435,3 @@ def test_every_command_is_in_the_help(console):
     rows = console.answer("help").splitlines()
     for row, (usage, summary) in zip(rows, told.items(), strict=True):
         assert row.split() == [*usage.split(), *summary.split()]
-
-
-def test_a_motor_is_named_or_numbered(console):
-    assert console.answer("push right_wrist 3").startswith("pushed motor 4 by 3 half-steps")
-    console.answer("stall right_wrist")
-    assert state(console)["stalled"] == [4]
-
-
-def test_an_empty_line_is_not_answered_and_quit_ends(console):
-    assert console.answer("  ") == ""
-    assert not console.ended
-    assert json.loads(console.answer("quit --json")) == {"ok": True, "text": "ending"}
-    assert console.ended

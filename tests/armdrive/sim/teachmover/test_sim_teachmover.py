@@ -4,12 +4,10 @@ import math
 
 import pytest
 from amounts import every_row
-from sim_bench import BYTE_S, TeachMoverBench, descend, grasp, spread
+from sim_bench import BYTE_S, TeachMoverBench, grasp, spread
 
-from armdrive.errors import BadRequest, LinkLost
+from armdrive.errors import BadRequest
 from armdrive.sim.teachmover import TeachMoverBoard, TeachMoverQuirks
-from armdrive.sim.world import World
-from armdrive.sim.world.table import TableBlock
 from firmware_protocol.teachmover import (
     Close,
     Key,
@@ -51,12 +49,6 @@ class TestSteps:
         assert bench.device.world.motors - start == (235, -117, 0, 5, 0, 0)
         assert bench.device.moving
 
-    def test_a_slow_arm_takes_longer_and_goes_as_far(self):
-        slow = TeachMoverBench(TeachMoverBoard(quirks=TeachMoverQuirks(speed_error=0.2)))
-        slow.ask(STEP)
-        assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
-        assert registers(slow) == (470, -235, 0, 10, 0, 0)
-
     def test_a_step_of_nothing_is_answered_at_once_and_writes_its_output(self, bench):
         bench.ask(Step(0, (0,) * 6, 21))
         assert bench.board.outputs == 21
@@ -68,18 +60,6 @@ class TestSteps:
         bench.device.board.count_from((32760, 0, 0, 0, 0, -32768))
         bench.ask(Step(240, (20, 0, 0, 0, 0, -1)))
         assert registers(bench) == (-32756, 0, 0, 0, 0, 32767)
-
-    def test_registers_count_steps_that_the_arm_cannot_follow(self, bench):
-        bench.ask(Step(240, (2500, 0, 0, 0, 0, 0)))
-        assert registers(bench)[0] == 2500
-        assert bench.device.world.motors[0] < 1900
-        assert bench.device.world.incidents[0].time_s < bench.now_s
-
-    def test_a_push_is_unknown_to_the_registers(self, bench):
-        before = bench.device.world.motors
-        bench.device.push((30, 0, 0, 0, 0, 0))
-        assert registers(bench) == (0,) * 6
-        assert bench.device.world.motors - before == (30, 0, 0, 0, 0, 0)
 
     def test_lines_sent_during_a_motion_are_lost(self, bench):
         bench.begin(STEP)
@@ -112,14 +92,6 @@ def test_nonsense_is_answered_0_and_what_is_not_for_it_not_at_all(line, answer):
 
 
 class TestCommands:
-    def test_read_tells_key_and_inputs(self, bench):
-        bench.board.press(Key.GRIP)
-        bench.device.set_input(3, True)
-        bench.device.set_input(4, True)
-        bench.device.set_input(4, False)
-        answer = bench.ask(Read()).registers
-        assert (answer.key, answer.inputs) == (Key.GRIP, 0b1000)
-
     def test_the_grip_switch_has_an_input_bit(self):
         bench = TeachMoverBench(TeachMoverBoard(quirks=TeachMoverQuirks(grip_bit=2)))
         spread(bench.device.world, 5.0)
@@ -137,14 +109,6 @@ class TestCommands:
         before = bench.now_s
         bench.ask(Close())
         assert bench.now_s - before < 0.05
-
-    def test_close_ends_at_a_block(self):
-        world = World(blocks=[TableBlock("A", 250, 40, 0, 30, 30)])
-        bench = TeachMoverBench(TeachMoverBoard(world))
-        descend(world, 250, 40, 15, opening=60)
-        bench.ask(Close())
-        assert bench.device.world.opening_mm == 30.0
-        assert bench.device.world.grip_force_n == pytest.approx(2.224, abs=0.15)
 
     def test_reset_zeroes_the_registers_and_lets_the_arm_sag(self, bench):
         bench.ask(STEP)
@@ -172,19 +136,6 @@ class TestCommands:
             bench.ask(QWrite(row))
         assert bench.ask(QDump()).rows == (rows[1], rows[2], rows[0])
 
-    def test_a_full_memory_refuses_a_row_but_not_a_change(self, bench):
-        for number in range(50):
-            row = ProgramRow.move(number, 200, (number, 0, 0, 0, 0, 0))
-            assert bench.ask(QWrite(row)).status is Status.DONE
-        extra = ProgramRow.move(50, 200, (0,) * 6)
-        assert bench.ask(QWrite(extra)).status is Status.FAILED
-        change = ProgramRow.move(7, 100, (0,) * 6)
-        assert bench.ask(QWrite(change)).status is Status.DONE
-        assert bench.board.memory.rows[7] == change
-
-    def test_an_empty_program_cannot_run(self, bench):
-        assert bench.ask(Run()).status is Status.FAILED
-
 
 class TestPendant:
     def test_stop_ends_a_motion_at_its_present_step(self, bench):
@@ -204,10 +155,6 @@ class TestPendant:
         assert bench.finish().status is Status.STOPPED
         assert 0 < registers(bench)[0] < 470
 
-    def test_stop_while_nothing_moves_answers_nothing(self, bench):
-        bench.board.press(Key.STOP)
-        assert bench.pass_time(1.0) == b""
-
     def test_the_pendant_has_control_until_it_gives_it_back(self, bench):
         bench.begin(Set())
         bench.pass_time(60.0)
@@ -216,12 +163,6 @@ class TestPendant:
         assert bench.finish().status is Status.DONE
         assert registers(bench) == (10, 0, 0, 0, 0, 0)
         assert not bench.board.return_control()
-
-    def test_no_pendant_moves_an_arm_in_motion(self, bench):
-        bench.begin(STEP)
-        bench.pass_time(0.2)
-        with pytest.raises(BadRequest):
-            bench.device.jog((1, 0, 0, 0, 0, 0))
 
 
 class TestPower:
@@ -242,23 +183,6 @@ class TestPower:
         assert registers(bench) == (0,) * 6
         assert not bench.device.world.energised
         assert bench.ask(QDump()).rows == ()
-
-    def test_a_cable_pulled_is_a_lost_link_and_the_motion_goes_on(self, bench):
-        bench.begin(STEP)
-        bench.pass_time(0.2)
-        bench.link.unplug()
-        for use in (lambda: bench.link.read(0.3), lambda: bench.link.write(b"x", 0.3)):
-            with pytest.raises(LinkLost, match="plug it in"):
-                use()
-        bench.link.replug()
-        assert bench.pass_time(5.0) == b""
-        bench.host.give_up()
-        assert registers(bench) == (470, -235, 0, 10, 0, 0)
-
-    def test_a_closed_link_is_lost(self, bench):
-        bench.link.close()
-        with pytest.raises(LinkLost):
-            bench.link.read(0.0)
 
 
 def test_a_link_names_itself_and_wakes_its_waiter(bench):

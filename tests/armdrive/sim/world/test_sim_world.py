@@ -20,7 +20,6 @@ from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import IncidentKind, TableBlock
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
 from kinematics.presets import preset
-from kinematics.spaces import Joints
 
 BODY = World().body
 BLOCK = TableBlock("A", 250, 40, 0, width_mm=30, height_mm=30)
@@ -78,12 +77,6 @@ class TestMotorsAndStops:
         reach(world, 250, 0, -4)
         assert kinds(world) == [IncidentKind.TABLE]
 
-    def test_moving_the_elbow_alone_moves_the_fingers(self):
-        world = World()
-        before = world.opening_mm
-        world.drive((0, 0, 100, 0, 0, 0))
-        assert world.opening_mm == pytest.approx(before - 100 / world.body.grip_steps_per_mm)
-
     def test_a_preset_without_known_steps_cannot_be_simulated(self):
         with pytest.raises(BadRequest, match="Alpha II"):
             ArmBody.of_preset(preset("alpha2"))
@@ -115,13 +108,6 @@ class TestSag:
         before = world.motors
         world.cut_current()
         assert world.motors == before
-
-    def test_an_arm_that_leans_back_falls_back(self):
-        body = ArmBody.of_preset(preset("teachmover"))
-        posture = Joints.of(0, 130, -60, 0, 0)
-        world = World(body, body.transmission.to_motors(posture, 10))
-        world.cut_current()
-        assert world.joints.deg["shoulder"] > 131
 
     def test_a_held_block_is_dropped(self):
         world = holding(lifted_mm=60)
@@ -174,17 +160,6 @@ class TestFingers:
         assert world.grip_force_n == pytest.approx(35.0, abs=0.15)
         assert kinds(world) == [IncidentKind.STOP]
 
-    def test_fingers_open_no_wider_than_they_can(self):
-        world = World()
-        world.drive((0, 0, 0, 0, 0, 3000))
-        assert world.opening_mm == pytest.approx(OPENING_STOP_MM, abs=0.1)
-        assert kinds(world) == [IncidentKind.STOP]
-
-    def test_fingers_that_close_beside_a_block_find_nothing(self):
-        world = holding(y_mm=-40)
-        assert world.opening_mm == 0.0
-        assert world.scene.held is None
-
 
 class TestBlocks:
     def test_a_held_block_goes_where_the_tip_goes(self):
@@ -230,10 +205,6 @@ class TestBlocks:
         world = World(blocks=[BLOCK, TableBlock("B", 250, 40, 30, 20, 20)])
         world.take("A")
         assert block(world, "B").z_mm == 0.0
-
-    def test_a_block_put_onto_another_stands_on_it(self):
-        world = World(blocks=[BLOCK])
-        assert world.put(TableBlock("B", 255, 45, 90, 20, 20)).z_mm == 30.0
 
     def test_closed_fingers_push_a_block_ahead_of_them(self):
         world = World(blocks=[BLOCK])
@@ -310,10 +281,6 @@ class TestFingersOfAServo:
         world.move_fingers(12.5)
         again = world_from_json(world_to_json(world), world.body)
         assert (again.opening_mm, again.motors) == (12.5, world.motors)
-
-    def test_they_open_no_wider_than_they_can(self, world):
-        world.move_fingers(500)
-        assert world.opening_mm == OPENING_STOP_MM
 
 
 # -- Saved worlds ----------------------------------------------------------------------------------
