@@ -90,12 +90,6 @@ async def test_every_look_moves_the_camera_and_thirty_six_orbits_lead_back():
             assert len(app.view.rows) == 24
 
 
-async def test_looking_where_no_arm_is_drawn_says_so():
-    app = App()
-    async with app.run_test():
-        assert not move_cameras(app.screen, "left")
-
-
 async def test_a_small_motion_repaints_a_small_part_of_the_screen():
     app = Viewer()
     async with app.run_test(size=(120, 40)) as pilot:

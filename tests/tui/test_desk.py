@@ -1,7 +1,6 @@
 """The desk with a fake arm: every binding, arming and disarming, stopping."""
 
 import asyncio
-import re
 import signal
 from dataclasses import replace
 from itertools import product
@@ -13,7 +12,6 @@ from desk_planner import CONFIG, at_rest
 from desk_session import Session
 from textual import events
 from textual.widget import Widget
-from textual.widgets import Input
 from waiting import until_seen
 
 from armdrive.cli.runner import command_parser
@@ -181,30 +179,6 @@ async def test_a_key_that_has_nothing_to_do_says_so():
             session.shows(line, messages=said)
 
 
-async def test_joints_are_written_as_people_write_them():
-    arm = FakeArm(simulated=False, trust=Trust.RESTORED, notice="wrist_pitch is at its limit")
-    arm.reference.request = lambda: NamingRequest(arm)
-    async with Session(arm) as session:
-        assert "wrist pitch is at its limit" in session.text("messages")
-        for key in ("H", "C"):
-            await session.press(key)
-            text = session.desk.screen.query_one("#posture-text").shown
-            assert "wrist pitch -60.0" in text, key
-            assert "_" not in text, key
-            await session.press("n")
-
-
-class NamingRequest:
-    """A posture that is asked for by its joints."""
-
-    def __init__(self, arm):
-        self.joints = arm.status.joints
-        self.opening_mm = 0.0
-
-    def __str__(self):
-        return f"Bring the arm to {self.joints}"
-
-
 def test_only_whole_names_are_spoken():
     joints = MODEL.arm.joint_names
     said = spoken("wrist_pitch 3, wrist_roll_deg=2, my_wrist_roll", joints)
@@ -226,21 +200,6 @@ async def test_every_jog_key_is_one_increment_of_its_axis():
             ]
             assert session.arm.asked("nudge") == expected
             await session.press("m")
-
-
-async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
-    async with Session() as session:
-        await session.press("F")
-        assert "press m first" in session.text("messages")
-        await session.press("m", "F")
-        assert session.title("tip") == "Tip: tool frame, shown in base"
-        await session.arm_keys()
-        await session.tap("w", after_s=3.0)
-        await session.press("F", "F")
-        assert session.title("tip") == "Tip, Cartesian"
-        axis = JOG_PAIRS[1].cartesian
-        wanted = Jog(Space.CARTESIAN, ((axis, 2.0),), "tool")
-        assert session.arm.asked("nudge") == [("nudge", wanted, 0.25)]
 
 
 async def test_every_other_key_of_the_table_does_what_it_says():
@@ -595,16 +554,6 @@ async def test_an_arm_whose_position_is_unknown_says_so_and_its_operator_referen
         assert session.arm.calls == [("home",)]
 
 
-async def test_a_key_of_another_layout_says_that_it_is_none():
-    async with Session() as session:
-        for screen in ("f2", "f3"):
-            await session.keys(f"{screen} й")
-            assert "й is no key of this screen: ? shows the keys" in session.text("messages")
-            await session.keys("question_mark б")
-            assert "б" not in session.text("messages")
-            await session.keys("question_mark")
-
-
 @pytest.mark.parametrize("number", ENDING_SIGNALS)
 async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
     async with Session(handle_signals=True) as session:
@@ -643,26 +592,3 @@ async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
         assert "please report it: TypeError: a word too many" in session.text("messages")
         await session.press("space")
         assert session.arm.asked("stop")
-
-
-async def test_the_cursor_of_the_palette_does_not_blink():
-    async with Session() as session:
-        await session.press("ctrl+p", "r", "e")
-        field = session.desk.screen.query_one(Input)
-        assert field.has_focus
-        assert not field.cursor_blink
-        assert not field._blink_timer._active.is_set()
-        assert field._cursor_visible
-
-
-async def test_no_line_of_the_help_is_wider_than_its_dialog():
-    async with Session() as session:
-        await session.keys("question_mark")
-        for size in ((60, 20), (80, 24), (120, 40)):
-            await session.resize(*size)
-            text = session.desk.screen.query_one("#dialog-text")
-            lines = text.shown.splitlines()
-            assert max(map(len, lines)) <= text.content_size.width, size
-            steps = lines[lines.index("") + 2 :]
-            for line in steps[: steps.index("")]:  # further lines are indented to the words
-                assert re.match(r"[\d ]  \S", line), line

@@ -7,7 +7,6 @@ from desk_fake import FakeArm
 from desk_session import Session
 
 from armdrive import Arm
-from armdrive.errors import Refused
 from armdrive.status import Current, State, Trust
 
 
@@ -251,34 +250,6 @@ async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
             assert next_key in session.text("footer")
 
 
-async def test_a_link_that_is_not_back_says_why_once():
-    class GoneArm(FakeArm):
-        def reconnect(self):
-            self.set(notice="could not reconnect: no port is there")
-            raise Refused("no port is there")
-
-    async with Session(GoneArm(simulated=False)) as session:
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
-        await session.press("L")
-        await session.settle()
-        said = session.text("messages")
-        assert said.count("no port is there") == 1
-        assert said.startswith("The pendant's STOP key stops faster")
-
-
-async def test_a_reset_that_ends_disabled_says_how_to_go_on():
-    class SwitchedArm(FakeArm):
-        def reset(self):
-            self.set(state=State.DISABLED, error="")
-
-    async with Session(SwitchedArm(simulated=False, state=State.ERROR_STOP)) as session:
-        await session.press("R")
-        await session.settle()
-        said = "reset: nothing was moved; press P to switch the motors on"
-        assert said in session.text("messages")
-
-
 # With an arm whose wire really breaks, on simulated time.
 
 
@@ -329,21 +300,6 @@ async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
         assert arm.twin.world.motors == stood
 
 
-async def test_a_referenced_position_is_trusted_again_once_it_was_compared(arm):
-    async with Session(arm) as session:
-        unplug(arm)
-        replug(arm)
-        await session.poll()
-        await session.press("L")
-        await session.settle()
-        await session.press("R")
-        await session.settle()
-        await session.press("C")
-        assert len(session.desk.screen_stack) == 2
-        await session.keys("y")
-        assert arm.status.trust is Trust.REFERENCED
-
-
 async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm):
     async with Session(arm) as session:
         await session.arm_keys()
@@ -354,15 +310,3 @@ async def test_an_emergency_stop_that_cannot_reach_the_arm_says_so(arm):
         arm.request_stop()  # by another program
         await session.poll()
         assert "the arm was stopped" not in session.text("messages")
-
-
-async def test_an_emergency_stop_that_is_not_confirmed_is_not_called_a_stop():
-    class DeafArm(FakeArm):
-        def estop(self):
-            self.request_stop()
-            raise Refused("the arm did not confirm that it has stopped: look at it")
-
-    async with Session(DeafArm()) as session:
-        await session.press("X")
-        await session.poll()
-        assert "the arm did not confirm" in session.text("messages")

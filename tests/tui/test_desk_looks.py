@@ -3,20 +3,14 @@
 import pytest
 from amounts import THOROUGH, every_row
 from desk_fake import FakeArm, LoggedArm, unknown_position
-from desk_planner import at_rest
 from desk_session import Session
 from waiting import until_seen
 
 from armdrive.status import LinkStats, State
 from tui.axes import AxisTable, bar_parts
 from tui.jog.panels import OVER_S
-from tui.widgets import PlainText
 
 # docs/pictures has the other screens, each at 120x40.
-
-
-def test_the_jog_screen(snap_compare):
-    assert snap_compare(Session().desk, terminal_size=(80, 24))
 
 
 def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
@@ -101,28 +95,6 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal():
                 assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode
                 assert table.region.bottom <= 22, f"the panel is cut off: {mode}"
             await session.press("m")
-
-
-SAID = ["word " * 40, "short", "one\ntwo\nthree", "one\ntwo", "word " * 16, "w" * 200]
-
-
-async def test_a_text_has_as_many_rows_as_it_needs():
-    async with Session() as session:
-        for text in SAID:
-            session.desk.say(text)
-            await session.settle()
-            painted = session.painted_words("messages")
-            assert painted.replace(" ", "") == "".join(text.split()), text
-
-
-async def test_text_is_seen_though_it_is_painted_before_the_app_has_its_colours():
-    made = Session().desk
-    async with made.run_test(size=(80, 24)) as pilot:
-        await at_rest(pilot)
-        made.styles.base.clear_rule("color")
-        for text in made.screen.query(PlainText):
-            text.notify_style_update()
-            assert text.visual_style.foreground.a > 0.0, text
 
 
 async def test_what_a_small_terminal_has_no_room_for_is_a_key_away():

@@ -1,7 +1,5 @@
 """A desk that was suspended: whatever was typed meanwhile, and however it comes, moves nothing."""
 
-import math
-
 import pytest
 from amounts import amount
 from desk_fake import FakeArm
@@ -13,12 +11,9 @@ from textual import events
 from textual._xterm_parser import XTermParser
 
 from armdrive.motion.dead_man import GATE_S
-from armdrive.status import State, status_view
 from tui.app import POLL_S
 from tui.arm_view import SpaceView
-from tui.axes import AxisTable
 from tui.keys.presses import QUIET_S, SILENCE_S, STARVED_S, SUSPENDED_S, Freshness
-from tui.watch import Watching
 
 RIGHT = "\x1b[C"
 KEYBOARDS = {
@@ -150,17 +145,6 @@ async def test_nothing_that_was_typed_into_a_suspended_desk_moves_the_arm(before
                 await session.type("C")  # what an arrow has begun is at an end
 
 
-async def test_a_desk_that_goes_on_before_it_looks_at_a_key_or_its_arm_rings_no_alarm():
-    async with Suspended() as session:
-        await session.arm_again()
-        await pressing(session)
-        await session.suspend(0.2, told=True)
-        session.screen.hand.alarm._ring()
-        session.tick()
-        assert session.moved == []
-        assert not session.screen.armed
-
-
 async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
     async with Suspended() as session:
         await session.arm_again()
@@ -194,27 +178,6 @@ async def test_a_desk_that_took_long_to_start_takes_the_first_key():
         session.desk.input.fresh.begin()
         await session.type("\r")
         assert session.screen.armed
-
-
-async def test_what_a_busy_desk_works_is_no_absence():
-    async with Suspended() as session:
-        await session.arm_again()
-        worked_s = session.desk.input.busy_s() + 3.0
-        session.desk.input.busy_s = lambda: worked_s
-        await session.suspend(3.1, told=False)
-        await session.type("w")
-        await session.pass_by(POLL_S)
-        assert len(session.arm.asked("nudge")) == 1
-
-
-async def test_a_desk_that_was_kept_waiting_while_no_key_came_takes_the_next_one():
-    async with Suspended() as session:
-        await session.arm_again()
-        await session.suspend(0.5, told=False)
-        await session.pass_by(SILENCE_S + 0.1)
-        await session.type("w")
-        await session.pass_by(0.1)
-        assert len(session.arm.asked("nudge")) == 1
 
 
 async def test_a_key_that_a_desk_was_kept_from_disarms_and_the_desk_says_why():
@@ -258,18 +221,6 @@ async def test_no_goal_is_confirmed_by_what_was_typed_meanwhile():
         assert session.arm.asked_for == []
 
 
-async def test_two_presses_just_before_a_suspension_move_nothing_behind_it():
-    async with Suspended(PlannerArm()) as session:
-        await session.type_goal()
-        await session.type("\r")
-        await session.pass_by(0.2)
-        await session.type("\r")
-        await session.suspend(0.9, told=True)
-        await session.pass_by(2.0)
-        await session.settle()
-        assert session.arm.asked_for == []
-
-
 async def test_no_question_is_answered_by_what_was_typed_meanwhile():
     async with Suspended(FakeArm(simulated=False)) as session:
         await session.type("H")
@@ -291,16 +242,6 @@ async def mouse(session, kind, x, y):
     await session.send(event)
 
 
-async def test_no_button_is_held_by_what_the_mouse_did_meanwhile():
-    async with Suspended(size=(120, 40)) as session:
-        await session.arm_again()
-        caps = session.screen.query_one("#joints", AxisTable).content_region
-        await session.suspend(0.4, told=True)
-        for kind in (events.MouseDown, events.MouseUp):
-            await mouse(session, kind, caps.x + 1, caps.y)
-        assert session.moved == []
-
-
 @pytest.mark.parametrize("time_s", [STARVED_S + 0.1, SUSPENDED_S + 0.1])
 async def test_what_the_mouse_held_before_is_let_go_though_its_release_is_dropped(time_s):
     async with Suspended(size=(120, 40)) as session:
@@ -315,32 +256,6 @@ async def test_what_the_mouse_held_before_is_let_go_though_its_release_is_droppe
         await mouse(session, events.MouseMove, x + 9, y)
         assert view.camera == turned
         assert session.desk.mouse_captured is None
-
-
-class Silent:
-    """A program that drives an arm, and takes down what it is asked."""
-
-    def __init__(self):
-        self.asked = []
-
-    def views(self):
-        yield status_view(FakeArm(state=State.MOVING, paused=True).status)
-
-    def ask(self, request, **words):
-        self.asked.append(request)
-        return {}
-
-
-async def test_a_watched_arm_is_not_resumed_by_what_was_typed_meanwhile():
-    holder = Silent()
-    app = Watching("sim", FakeArm().model, holder, braille=True)
-    app.input.fresh.suspended_s = math.inf
-    async with app.run_test() as pilot:
-        await pilot.pause()
-        app.input.fresh.suspended()
-        await pilot.press("r", "space")
-        await app.workers.wait_for_complete()
-        assert holder.asked == ["stop"]
 
 
 # Not every terminal marks what is pasted: then its letters come as keys, all at once.
@@ -470,15 +385,3 @@ def test_all_is_old_until_there_is_a_silence(now_s, gaps_s):
         came_s += gap_s
         assert fresh.stale(came_s)
     assert not fresh.stale(came_s + SILENCE_S + 0.01)
-
-
-@given(st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0)), max_size=20))
-def test_nobody_was_absent_for_longer_than_there_was_time(looks):
-    fresh, now_s, busy_s = Freshness(), 5.0, 1.0
-    fresh.look(now_s, busy_s, jogs=True)
-    for gap_s, worked_s in looks:
-        now_s, busy_s = now_s + gap_s, busy_s + min(worked_s, gap_s)
-        absent = fresh.look(now_s, busy_s, jogs=True)
-        idle_s = gap_s - min(worked_s, gap_s)
-        assert bool(absent) == (idle_s > STARVED_S) or abs(idle_s - STARVED_S) < 1e-9
-        assert (absent == "suspended") <= (idle_s > SUSPENDED_S - 1e-9)

@@ -9,8 +9,6 @@ from desk_session import AppSession
 
 from armdrive.cli.learn.models import find_subject
 from armdrive.render.camera import VIEWS
-from kinematics.chains.chain import rows_of
-from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems import MODEL_NAMES
 from kinematics.textbook.worked_example import sections
 from tui.arm_view import SpaceView
@@ -125,23 +123,6 @@ async def test_the_next_solution_is_the_same_place_of_the_hand():
         assert session.degrees[1] > 0
 
 
-async def test_a_link_table_with_a_closed_form_has_next_solutions_too(tmp_path):
-    file = tmp_path / "six.toml"
-    rows = (
-        "[[links]]\n" + "\n".join(f"{key} = {value}" for key, value in row.items() if key != "kind")
-        for row in rows_of(find_subject("puma").chain)
-    )
-    text = "\n".join(rows).replace("joint = ", 'joint = "').replace("\ntheta_deg", '"\ntheta_deg')
-    file.write_text(text, encoding="utf-8")
-    async with Session(str(file)) as session:
-        before, frame = session.desk.hand.values, session.desk.hand.study.frame
-        await session.press("G")
-        assert "the same pose of the hand by solution" in session.text("messages")
-        after = session.desk.hand
-        assert after.values != before
-        assert after.study.frame[0] == pytest.approx(frame[0], abs=1e-5)
-
-
 async def test_the_worked_example_is_scrolled_to_its_end_and_no_line_of_it_is_cut():
     async with Session("puma") as session:
         example = session.desk.screen.query_one("#model-right")
@@ -158,12 +139,6 @@ async def test_the_worked_example_is_scrolled_to_its_end_and_no_line_of_it_is_cu
 def test_no_row_of_a_matrix_is_too_wide_for_its_column(name):
     for part in sections(ModelHand(find_subject(name)).study):
         assert not [line for line in part.lines if "[ " in line and len(line) > 44], part.title
-
-
-async def test_keys_are_those_of_the_keyboard():
-    async with Session(keys=keyboard_of("azerty")) as session:
-        await session.press("Z", "a")
-        assert session.degrees == [5.0, 0.0]
 
 
 async def test_every_key_that_moves_the_watcher_moves_him_and_not_the_model():
@@ -199,17 +174,6 @@ def test_no_key_of_a_model_does_two_things_on_any_layout(layout):
     rows = model_keys(keyboard_of(layout)).rows
     keys = [key for row in rows if not row.counts_at("dialog") for key in row.all_keys]
     assert len(keys) == len(set(keys))
-
-
-def test_a_model_of_many_joints_has_keys_for_seven():
-    names = tuple(f"joint_{number}" for number in range(1, 10))
-    pairs = pairs_of(names, ("x",))
-    assert [pair.joint for pair in pairs if not pair.is_arrow] == list(names[:7])
-
-
-def test_a_hand_begins_in_the_example_posture():
-    hand = ModelHand(find_subject("alpha2"))
-    assert hand.values == example_posture(hand.subject.chain)
 
 
 def test_a_model_in_plain_ascii(snap_compare):

@@ -149,14 +149,6 @@ async def test_a_desk_is_found_as_it_was_left_but_disarmed_and_without_a_goal(
         )
 
 
-async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):
-    (tmp_path / "state").write_text("a file where a folder should be")
-    async with Session(memory=tmp_path / "state" / "desk.json") as session:
-        await session.press("space")
-        await session.press("ctrl+q")
-    assert session.desk.return_value == 0
-
-
 async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
     path = tmp_path / "desk.json"
     async with Session(memory=path) as session:

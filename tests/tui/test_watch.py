@@ -1,7 +1,6 @@
 """Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
 
 import pytest
-from amounts import every_row
 from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from desk_session import AppSession
 from waiting import until_seen
@@ -11,12 +10,9 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
-from tui import watch as watch_words
 from tui.keys.presses import QUIET_S, Confirmation
 from tui.safety import SafetyPanel
-from tui.settings import neighbour
-from tui.watch import HeldArm, Watching, WatchScreen
-from tui.widgets import PlainText
+from tui.watch import HeldArm, Watching
 
 
 class Session(AppSession):
@@ -114,26 +110,6 @@ async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_of
         ]
 
 
-async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards():
-    view = status_view(FakeArm().status)
-    app = Watching("sim", MODEL, FakeHolder(), braille=True)
-    app.view = view
-
-    class Early(WatchScreen):
-        def compose(self):
-            app.poll()  # as its timer does where the computer is busy
-            yield from super().compose()
-
-    app.get_default_screen = Early
-    try:
-        async with app.run_test(size=(100, 30)) as pilot:
-            await pilot.pause()
-            await pilot.pause()
-            assert "speed     100%" in app.screen.query_one("#watched", PlainText).shown
-    finally:
-        app._holder.said.put(END)
-
-
 ASKED = [
     ("space", ("stop", {})),
     ("escape", ("stop", {})),
@@ -222,48 +198,6 @@ async def test_an_arm_that_is_really_held_is_watched_and_stopped():
 
 
 # What is said of an arm that another program drives.
-
-PROGRAM = {
-    "file": "stack.arm",
-    "line": 12,
-    "text": "move above",
-    "act": "Move",
-    "loop": 2,
-    "loops": 3,
-    "percent": 41.6,
-    "left_s": 75.2,
-}
-LINE = "program   stack.arm, line 12: move above"
-PROGRAM_WORDS = [
-    (PROGRAM, f"{LINE} (loop 2 of 3, 42%, 75 s left)"),
-    (PROGRAM | {"loops": 1}, f"{LINE} (42%, 75 s left)"),
-    (PROGRAM | {"loops": 0}, f"{LINE} (loop 2, 42%, 75 s left)"),
-    (PROGRAM | {"loops": 1, "percent": None, "left_s": None}, LINE),
-    (PROGRAM | {"loops": 1, "percent": "a"}, LINE),
-    (
-        PROGRAM | {"loops": 1, "line": None, "text": "", "percent": None},
-        "program   stack.arm: Move",
-    ),
-    ({}, "motors"),
-    (None, "motors"),
-]
-
-
-@every_row("program, words", PROGRAM_WORDS)
-def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program, words):
-    view = {**status_view(FakeArm().status), "program": program}
-    second = watch_words.lines(view).splitlines()[1]
-    assert second == words or (words == "motors" and second.startswith(words))
-
-
-TEMPOS = [(10, -1, 10), (100, 1, 100), (33, -1, 25), (33, 1, 50), (5, -1, 5), (5, 1, 10)]
-
-
-@every_row("now, steps, then", TEMPOS)
-def test_a_tempo_between_the_steps_goes_to_the_next_one_and_slower_never_speeds_up(
-    now, steps, then
-):
-    assert neighbour(watch_words.PERCENTS, now, steps) == then
 
 
 async def test_reports_of_another_version_are_said_and_end_the_watching():

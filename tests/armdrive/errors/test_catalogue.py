@@ -9,26 +9,20 @@ import pickle
 import pkgutil
 import re
 import signal
-import sys
 import traceback
 from pathlib import Path
 
 import pytest
-from cli_calls import Terminal
 
 import armdrive
 import firmware_protocol
 import kinematics
 import tui
 from armdrive import Arm
-from armdrive.cli import main
-from armdrive.cli.commands import COMMANDS
 from armdrive.cli.runner import CommandEnded
 from armdrive.errors import ArmError, LinkLost, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
-from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
-from armdrive.programs.language.words import WORDS
-from armdrive.programs.shell import OWN_WORDS
+from armdrive.errors.table import ENTRIES, by_code, entry, entry_of, error_view
 from armdrive.runtime.states import TRANSITIONS, Belief, Event, after, require_reference
 from armdrive.status import Evidence, State, Trust
 from firmware_protocol.errors import ProtocolError
@@ -87,17 +81,6 @@ def test_every_error_of_armdrive_has_the_code_of_its_row():
         assert vars(kind)["code"] == codes[kind.__name__], kind
 
 
-def test_only_a_failure_of_the_engine_has_the_general_code():
-    """Its effect says that a motion was stopped: whatever stops none has a class of its own."""
-    root = Path(armdrive.__file__).parent
-    plain = {
-        path.relative_to(root).as_posix()
-        for path in root.rglob("*.py")
-        if re.search(r"(?<!class )\bArmError\(", path.read_text("utf-8"))
-    }
-    assert plain == {"runtime/clock.py", "runtime/engine.py"}
-
-
 def test_every_evidence_against_a_position_has_a_row():
     for evidence in Evidence:
         assert (entry_of(evidence) is None) == (evidence.trust is Trust.REFERENCED), evidence
@@ -107,18 +90,6 @@ def test_every_kind_of_error_has_a_row_and_no_row_is_left_over():
     errors = {kind.__name__ for kind in kinds()}
     assert errors <= NAMES
     assert errors | {each.name for each in Evidence} | NO_ERRORS >= NAMES
-
-
-def test_no_code_and_no_name_stands_twice_and_all_are_in_order():
-    codes = [row.code for row in ENTRIES]
-    assert codes == sorted(set(codes))
-    assert len(NAMES) == len(ENTRIES)
-
-
-def test_the_codes_of_a_group_begin_alike():
-    hundreds = [{row.code[:2] for row in rows} for rows in GROUPS.values()]
-    assert all(len(each) == 1 for each in hundreds)
-    assert len(set.union(*hundreds)) == len(GROUPS)
 
 
 def test_every_row_says_everything():
@@ -150,16 +121,6 @@ def test_the_command_prints_one_row_by_its_code(call):
     assert text.startswith("E407: the connection was lost (LinkLost)")
     assert "`armdrive reset`" in text
     assert "E999" in call.refused("errors", "E999", code=2)
-
-
-def test_a_terminal_gets_a_row_folded_to_its_width(monkeypatch):
-    monkeypatch.setattr(sys, "stdout", terminal := Terminal())
-    monkeypatch.setenv("COLUMNS", "60")
-    assert main(["errors", "E502"]) == 0
-    first, *lines = terminal.getvalue().splitlines()
-    assert first.startswith("E502: ")
-    assert max(map(len, lines)) < 60
-    assert {line[:10].strip() for line in lines} == {"cause", "effect", "remedy", ""}
 
 
 def test_the_list_names_every_code_and_json_gives_every_word(call):
@@ -265,13 +226,6 @@ def test_no_sentence_of_the_catalogue_speaks_python_to_a_person(interface):
         assert presented(shown, INTERFACES[interface]) == shown
 
 
-def test_python_programs_read_python():
-    with pytest.raises(ArmError, match=re.escape("connect with `allow_restored=True`")):
-        require_reference(Belief(Trust.RESTORED, "found so"), allow_restored=False)
-    with pytest.raises(WrongState, match=re.escape("call `reset()`")):
-        after(State.ERROR_STOP, Event.MOVE)
-
-
 @pytest.mark.parametrize(
     ("interface", "said"),
     [
@@ -284,15 +238,6 @@ def test_each_interface_has_its_own_words(interface, said):
     sentence = "Look at the arm, call `reset()`, then `home()`."
     assert presented(sentence, INTERFACES[interface]) == said
     assert presented("Call `home()`.", COMMAND_LINE) == "Run `armdrive home`."
-
-
-def test_every_action_is_offered_by_every_interface():
-    for action in ACTIONS:
-        assert action.command_line.split()[1] in COMMANDS
-        assert action.shell in {*OWN_WORDS, *WORDS}
-        assert DEFAULT_KEYS.label(action.desk.strip("{}"))
-    typed = " ".join(f"{each.command_line} {each.shell} {each.desk}" for each in PHRASES)
-    assert set(re.findall(r"`armdrive ([a-z]+)", typed)) <= set(COMMANDS)
 
 
 @functools.cache
@@ -331,11 +276,6 @@ def test_no_sentence_of_an_arm_sends_a_person_at_the_desk_to_the_command_line():
         if any(command in text for command in commands)
     ]
     assert not named, "\n".join(named)
-
-
-def test_a_command_that_may_be_refused_for_a_restored_position_can_allow_it(call):
-    for command in ("move", "run", "shell", "verify", "disable"):
-        assert "--allow-restored" in call(command, "--help", code=0).out
 
 
 def test_reset_says_how_the_arm_is_then(call):

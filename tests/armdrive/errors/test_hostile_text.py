@@ -20,7 +20,6 @@ from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
 from armdrive.errors.printable import (
     LONGEST_LINE,
     as_message,
-    encodable,
     printable,
     printable_lines,
 )
@@ -64,24 +63,11 @@ def test_an_error_that_quotes_a_whole_file_keeps_its_beginning_and_its_end():
     assert as_message(told) == told
 
 
-def test_text_that_a_stream_cannot_write_is_escaped():
-    assert encodable("5\u00b0 \u2192", "ascii") == "5\\xb0 \\u2192"
-    assert encodable("5\u00b0 \u2192", None) == "5\u00b0 \u2192"
-
-
 @every_row("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
 def test_a_caret_stands_under_its_place_behind_hostile_text(text):
     line, caret = excerpt(f"{text.replace(chr(10), ' ')}HERE", len(text) + 1).split("\n")
     assert line[caret.index("^") :] == "HERE"
     assert line.isprintable()
-
-
-@every_row("column", [1, 50, 5_000, 10_000, 10_001])
-def test_of_a_long_line_the_part_around_the_place_is_shown(column):
-    told = "".join(chr(ord("a") + n % 26) for n in range(10_000))
-    line, caret = excerpt(told, column).split("\n")
-    assert len(line) < 250
-    assert line[caret.index("^") :][:1] == told[column - 1 : column]
 
 
 def test_the_command_line_prints_through_one_module():

@@ -7,15 +7,14 @@ import pytest
 from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
-from space_cases import CAMERAS, HERE, guarded, six_axes
+from space_cases import CAMERAS, guarded, six_axes
 
-from armdrive.render.camera import VIEWS, Camera, Dome, next_view, projection
+from armdrive.render.camera import VIEWS, Camera, Dome, projection
 from armdrive.render.canvas import Ink, Raster, can_braille, clip
 from armdrive.render.figure import dome
 from armdrive.render.scene import (
     LEAP,
     MOST_POINTS,
-    ArmDrawing,
     Moment,
     PostureDrawing,
     Trail,
@@ -26,7 +25,6 @@ from armdrive.render.scene import (
 from kinematics import Joints, preset
 from kinematics.five_axis.workspace import section
 from kinematics.frames.rotations import from_columns, multiply, rot_y, rot_z, rotate, transpose
-from kinematics.guards.shapes import Box
 
 MODEL = preset("teachmover")
 
@@ -79,16 +77,6 @@ def test_the_greater_ink_is_seen_whichever_was_drawn_first(above, below, flipped
     assert canvas.painted().inks == bytes([above] * 3)
 
 
-@every_row(
-    "column, row, text, shown",
-    [(-1, 0, "abc", "bc  "), (3, 0, "xyz", "   x"), (0, 1, "below", "    "), (0, -1, "up", "    ")],
-)
-def test_text_is_clipped_at_every_edge(column, row, text, shown):
-    canvas = Raster(4, 1, braille=True)
-    canvas.text(column, row, text, Ink.WORD)
-    assert canvas.painted().rows() == [shown]
-
-
 @every_row("end, stroke", [((4, 0), "-"), ((0, 4), "|"), ((4, 4), "\\"), ((4, -4), "/")])
 def test_ascii_lines_take_the_stroke_of_their_slope(end, stroke):
     down = 0 if end[1] >= 0 else 4
@@ -102,24 +90,6 @@ anywhere = st.floats(-1e6, 1e6)
 @given(anywhere, anywhere, anywhere, anywhere, st.booleans())
 def test_any_line_leaves_a_picture_of_the_right_size(x0, y0, x1, y1, braille):
     assert [len(row) for row in lines(7, 3, (x0, y0), (x1, y1), braille=braille)] == [7, 7, 7]
-
-
-@given(st.integers(0, 13), st.integers(0, 11), st.integers(0, 13), st.integers(0, 11))
-def test_a_line_is_drawn_at_its_ends_from_either_side(x0, y0, x1, y1):
-    for start, end in (((x0, y0), (x1, y1)), ((x1, y1), (x0, y0))):
-        cells = marks(lines(7, 3, start, end, braille=True))
-        assert {(x0 // 2, y0 // 4), (x1 // 2, y1 // 4)} <= cells
-
-
-@given(st.floats(-300, 300), st.floats(-300, 300))
-def test_every_dot_of_a_clipped_line_lies_on_the_whole_one(x, y):
-    dots = marks(lines(40, 20, (20, 10), (x, y), braille=False))
-    dx, dy = x - 20, y - 10
-    length = math.hypot(dx, dy)
-    assert dots
-    for column, row in dots:
-        off = abs((column - 20) * dy - (row - 10) * dx) / length if length > 1 else 0.0
-        assert off <= 1.0
 
 
 @given(anywhere, anywhere, anywhere, anywhere)
@@ -158,26 +128,6 @@ def test_turning_the_base_left_moves_the_drawing_left():
         rows = drawn(posture(base_deg), TOP, (61, 20), braille=False)[1:-1]  # without words
         middle[base_deg] = [x for x, y in marks(rows) if rows[y][x] in "o/\\"]
     assert sum(middle[60.0]) / len(middle[60.0]) < 30 < sum(middle[-60.0]) / len(middle[-60.0])
-
-
-def test_both_axes_have_one_scale():
-    """A square block is as many dots wide as it is high, with ASCII dots twice as tall."""
-    block = Box(" ", (-100.0, -100.0, 400.0), (100.0, 100.0, 600.0))
-    bare, blocked = (
-        drawn(posture(), SIDE, (100, 40), braille=False, blocks=blocks) for blocks in ([], [block])
-    )
-    cells = [(x, y) for x, y in marks(blocked) if blocked[y][x] != bare[y][x]]
-    wide, high = (max(axis) - min(axis) for axis in zip(*cells, strict=True))
-    assert wide == pytest.approx(2 * high, abs=2)
-
-
-def test_opening_the_gripper_changes_the_fingers():
-    assert drawn(posture(), TOP, opening_mm=0.0) != drawn(posture(), TOP, opening_mm=76.0)
-
-
-def test_blocks_carry_their_names():
-    block = Box("red", (220.0, -30.0, 0.0), (280.0, 30.0, 60.0))
-    assert any("red" in row for row in drawn(posture(), SIDE, braille=False, blocks=[block]))
 
 
 def test_a_drawing_shows_one_posture_alone():
@@ -301,22 +251,6 @@ def test_going_round_and_back_leads_to_the_same_camera(camera, by):
     assert camera.orbited(by).orbited(360 - by) == camera
 
 
-@given(CAMERAS, st.integers(-400, 400))
-def test_nobody_goes_over_the_top(camera, by):
-    assert -90 <= camera.orbited(0, by).elevation_deg <= 90
-
-
-def test_the_views_follow_one_another_and_fit_undoes_the_zoom():
-    names, camera = ["iso"], VIEWS["iso"]
-    for _ in range(4):
-        camera = next_view(camera)
-        names.append(camera.name)
-    assert names == ["iso", "side", "top", "front", "iso"]
-    assert next_view(Camera(33, 10)).name == "iso"
-    near = VIEWS["top"].zoomed(3, (100.0, 0.0, 0.0), DOME)
-    assert (near.name, near.fitted()) == ("top", VIEWS["top"])
-
-
 @pytest.mark.parametrize("model", [guarded(), six_axes()])
 def test_the_dome_of_an_arm_holds_every_point_that_it_comes_to(model):
     whole = dome(model.arm)
@@ -361,13 +295,6 @@ def test_a_lost_position_ends_the_way_and_clearing_forgets_it():
     assert [len(stroke.points) for stroke in strokes(trail)] == [2]
 
 
-def test_an_arm_that_stands_leaves_no_way():
-    scene = ArmDrawing(guarded())
-    for _ in range(50):
-        scene.space(Moment(HERE))
-    assert strokes(scene.trail) == ()
-
-
 @pytest.mark.parametrize("pitch_deg", [-90, -35, 0])
 def test_the_outline_of_the_mini_movers_build_is_that_of_kinematics(pitch_deg):
     arm = guarded().arm
@@ -393,19 +320,6 @@ def test_the_outline_of_any_other_arm_is_within_its_dome_and_not_far_from_it():
     assert 0.75 * whole.reach_mm < max(reached) <= whole.reach_mm
     heights = [z for _, z in curve]
     assert heights == sorted(heights)
-
-
-def test_the_last_outline_stays_until_the_next_one_is_there():
-    scene = ArmDrawing(guarded())
-    assert not reach(scene.space(Moment(HERE)))
-    key = scene.missing
-    scene.keep(key, scene.work_out(key))
-    first = scene.space(Moment(HERE))
-    assert scene.missing is None
-    assert first.reach == "reach at pitch -80"
-    turned = scene.space(Moment(Joints.of(20.0, 60.0, -80.0, 0.0, 15.0)))
-    assert scene.missing == (-20, 15)
-    assert turned.reach == first.reach
 
 
 def reach(space):

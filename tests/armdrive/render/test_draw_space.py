@@ -8,8 +8,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from space_cases import (
     CAMERAS,
-    GOAL,
-    HERE,
     PLANNED,
     SIZES,
     driven,
@@ -24,7 +22,7 @@ from armdrive.render.canvas import PATTERNS, Ink, Layer, Letters, Raster, Stroke
 from armdrive.render.frame_steps import AXIS_WORD, StepDrawing
 from armdrive.render.scene import ArmDrawing, Moment, SceneSpace, Studio
 from kinematics import Joints
-from kinematics.chains.assignment import JointAxis, assign_frames, tip_frame, zero_position
+from kinematics.chains.assignment import assign_frames, zero_position
 from kinematics.chains.links import Convention
 from kinematics.guards.shapes import Box
 from kinematics.textbook.systems import SYSTEMS, system
@@ -70,26 +68,6 @@ def test_a_kept_backdrop_shows_what_a_fresh_drawing_shows(shown, braille):
         assert kept.draw(space, camera, 40, 20) == fresh
 
 
-def test_another_camera_or_size_draws_the_backdrop_anew():
-    scene, kept = driven(guarded()), Studio(DOME, braille=True)
-    space = scene.space(Moment(HERE))
-    for view, size in (("iso", (60, 24)), ("top", (60, 24)), ("top", (61, 24)), ("iso", (60, 24))):
-        fresh = Studio(DOME, braille=True).draw(space, VIEWS[view], *size)
-        assert kept.draw(space, VIEWS[view], *size) == fresh, (view, size)
-
-
-def test_a_cell_that_changes_its_ink_alone_is_repainted():
-    def drawn(ink):
-        canvas = Raster(50, 1, braille=False)
-        canvas.text(3, 0, "x", ink)
-        canvas.text(40, 0, "y", Ink.WORD)
-        return canvas.painted()
-
-    assert [*drawn(Ink.GOAL).changes(drawn(Ink.WORD))] == [(3, 0, 1)]
-    blank = Raster(50, 1, braille=False).painted()
-    assert [*drawn(Ink.GOAL).changes(blank)] == [(3, 0, 1), (40, 0, 1)], "two spans, far apart"
-
-
 @given(SPACES, SPACES, SIZES, st.booleans())
 def test_painting_the_changed_spans_over_the_old_picture_gives_the_new_one(old, new, size, braille):
     studio = Studio(DOME, braille=braille)
@@ -129,16 +107,6 @@ def test_the_spans_of_a_picture_in_which_nothing_moved_but_the_arm_are_few():
     )
     changed = sum(width for *_, width in two.changes(one))
     assert 0 < changed < 100 * 34 / 20
-
-
-@given(CAMERAS, st.integers(0, 360))
-def test_going_all_the_way_round_gives_the_same_picture(camera, by):
-    scene = driven(guarded())
-    studio = Studio(scene.dome, braille=True)
-    space = scene.space(Moment(HERE, 38.0, goal=GOAL))
-    there = studio.draw(space, camera, 60, 24)
-    studio.draw(space, camera.orbited(by), 60, 24)
-    assert studio.draw(space, camera.orbited(by).orbited(360 - by), 60, 24) == there
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -202,20 +170,6 @@ def test_the_name_of_a_box_can_send_nothing_to_the_terminal():
     assert any("?[2J??" in row for row in painted.rows())
 
 
-def test_open_fingers_are_as_far_apart_as_they_are():
-    scene = ArmDrawing(guarded())
-    widths = []
-    for opening_mm in (0.0, 70.0):
-        studio = Studio(scene.dome, braille=True)
-        space = scene.space(Moment(Joints.of(0.0, 60.0, -60.0, 0.0, 0.0), opening_mm))
-        painted = studio.draw(space, VIEWS["top"], 200, 60)
-        columns = [index % 200 for index, ink in enumerate(painted.inks) if ink == Ink.GRIPPER]
-        widths.append(max(columns) - min(columns))
-    scale = (200 * 2 - 1) / (2 * scene.dome.reach_mm * 1.04)
-    tall = (59 * 4 - 1) / (2 * scene.dome.reach_mm * 1.04)
-    assert widths[1] - widths[0] == pytest.approx(70.0 * min(scale, tall) / 2, abs=2.0)
-
-
 # The pictures of a frame assignment: what each frame and link adds, and nothing more.
 
 
@@ -260,10 +214,3 @@ def test_every_frame_and_link_of_every_system_is_drawn(name, convention):
     for braille in (True, False):
         drawn = pictures(name, convention, braille=braille)
         assert all(AXIS_WORD in picture for picture in drawn.values())
-
-
-def test_frames_at_one_place_have_their_names_side_by_side():
-    wrist = [JointAxis((0, 0, 0), direction) for direction in ((0, 0, 1), (0, 1, 0), (0, 0, 1))]
-    found = assign_frames(wrist, tip_frame(wrist[-1], (0, 0, 0)))
-    picture = StepDrawing(found).rows(3, 78, 24, linked=True, braille=False)
-    assert "L0 L1 L2 L3 b1 b2 b3" in "\n".join(picture)

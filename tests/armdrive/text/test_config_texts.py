@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from armdrive.config.write import shortest
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest
-from armdrive.setup.draft import flattened, ratio
-from armdrive.text.numbers import number, parse_speed, whole
+from armdrive.setup.draft import ratio
+from armdrive.text.numbers import number, parse_speed
 from armdrive.text.toml import TomlEntry, TomlSection, document
 
 
@@ -49,30 +49,11 @@ def test_written_text_reads_back_the_same(key, value):
     assert tomllib.loads(text) == {key: value}
 
 
-@given(st.integers(-360, 360))
-def test_whole_degrees_are_written_whole(degrees):
-    angle_rad = math.radians(degrees)
-    assert shortest(math.degrees(angle_rad), math.radians, angle_rad) == degrees
-
-
 @given(st.floats(-1000.0, 1000.0))
 def test_the_shortest_number_means_the_same_to_the_last_bit(degrees):
     angle_rad = math.radians(degrees)
     short = shortest(math.degrees(angle_rad), math.radians, angle_rad)
     assert math.radians(short) == angle_rad
-
-
-def test_answers_of_a_file_are_as_one_would_type_them():
-    table = {"name": "a", "gear": {"right wrist": 5.5}, "homing": True, "park": [1, 2], "g": []}
-    table["homing groups"] = [[3], [1, 2]]
-    assert flattened(table) == {
-        "name": "a",
-        "gear.right wrist": "5.5",
-        "homing": "yes",
-        "park": "1, 2",
-        "g": "none",
-        "homing groups": "3; 1, 2",
-    }
 
 
 # -- typed numbers --------------------------------------------------------------------------------
@@ -132,10 +113,3 @@ def test_a_word_that_is_no_plain_number_is_refused(text: str, words: str) -> Non
     with pytest.raises(BadRequest) as caught:
         number(text)
     assert str(caught.value) == words
-
-
-def test_a_whole_number_has_digits_alone() -> None:
-    assert [whole(text) for text in ("0", "12", "-3", "+4")] == [0, 12, -3, 4]
-    for text in ("1.0", "1e3", "", "x", "1_5", "٥", "9" * 6000):
-        with pytest.raises(BadRequest, match="is not a"):
-            whole(text)

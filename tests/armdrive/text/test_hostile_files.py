@@ -11,8 +11,7 @@ from hostile import CONTENTS, special_files, unprintable
 
 from armdrive.cli.runner import FAULT
 from armdrive.cli.unexpected import DETAILS, MOST_LINES
-from armdrive.config.link_model import MOST_LINKS, parse_model
-from armdrive.errors import ArmFileError, BadRequest
+from armdrive.errors import BadRequest
 from armdrive.storage import files as places
 from armdrive.storage.point_file import LARGEST_BYTES as LARGEST_POINTS
 from armdrive.text.reading import (
@@ -172,24 +171,6 @@ def test_nesting_is_read_down_to_a_limit(build):
 
 
 MANY = 3 * DEEPEST
-NOT_NESTED = {
-    "a literal string": "a = '" + "[" * MANY + "'",
-    "a string": 'a = "' + "{" * MANY + '"',
-    "a comment": "# " + "[" * MANY,
-    "an apostrophe in a comment": "a = 1 # don't\nb = '" + "[" * MANY + "'",
-    "a quoted key": '"' + "." * MANY + '" = 1',
-    "lines": 'a = """' + "[\n" * MANY + '"""',
-    "literal lines": "a = '''" + "[\n" * MANY + "'''",
-    "an escaped quote": 'a = "\\"' + "[" * MANY + '"',
-    "strings that end in a quote": "\n".join(f'a{n} = ["""x""""]' for n in range(MANY)),
-    "decimal points": "\n".join(f"a{n} = [1.5, 2.5]" for n in range(MANY)),
-    "headers": "\n".join(f"[t{n}.u.v]" for n in range(MANY)),
-}
-
-
-@every_row("text", NOT_NESTED.values(), ids=NOT_NESTED)
-def test_flat_files_have_no_nesting_limit(text):
-    parse_toml(text, BadRequest)
 
 
 @every_row(
@@ -212,13 +193,6 @@ def test_a_number_that_is_too_large_is_told(text, said):
 def test_json_has_the_same_limits_and_no_nan(text):
     with pytest.raises(BadRequest):
         parse_json(text, BadRequest)
-
-
-def test_a_model_has_a_limit_of_links():
-    rows = [{"a_mm": 1.0}] * MOST_LINKS
-    assert len(parse_model({"links": rows}).chain) == MOST_LINKS
-    with pytest.raises(ArmFileError, match="at most"):
-        parse_model({"links": [*rows, rows[0]]})
 
 
 def test_points_that_were_read_in_part_are_never_written_back(call):

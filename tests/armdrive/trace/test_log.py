@@ -1,6 +1,5 @@
 """The log, its wording, and the wire tap."""
 
-import contextlib
 from types import SimpleNamespace
 
 import pytest
@@ -12,7 +11,6 @@ from recorder_bench import recorded_arm
 from armdrive import ArmError, GripperMove, Jog, LinePart, Pose
 from armdrive.connect.control_socket import (
     MESSAGE_BYTES,
-    REQUESTS,
     TAP_BACK,
     TAP_MOST,
     traffic,
@@ -75,19 +73,6 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
     assert log.read() == ()
 
 
-def test_counts_are_told_once(arm):
-    told = next(each for each in arm.recorder.log().read() if each.kind is EntryKind.REGISTERS)
-    assert told.text == "registers: 0 0 0 0 0 0, inputs 0"
-
-
-def test_times_are_counted_from_the_connection():
-    ring = EntryRing()
-    ring.add(TraceEntry(1000.5, EntryKind.SENT, b"@READ\r"))
-    (read,) = LogReader(ring.since, "teachmover", 1000.0).read()
-    assert read.time_s == 0.5
-    assert str(read).split() == ["0.500", "s", "->", "@READ\\r", "read", "the", "registers"]
-
-
 def test_errors_carry_the_code_of_the_catalogue(arm):
     arm.reference.confirm()
     arm.twin.faults.add("mute")
@@ -136,23 +121,6 @@ def test_whatever_comes_is_read_once_in_order_or_counted_as_gone(runs, most, sea
     assert len(told) + gone == added == ring.added
 
 
-def test_a_reader_looks_no_further_back_than_it_was_told():
-    ring = EntryRing()
-    for number in range(100):
-        ring.add(TraceEntry(float(number), EntryKind.REPLY, str(number)))
-    gap, *lines = reader(ring, back=10).read()
-    assert gap.words.startswith("90 older entries")
-    assert [each.words for each in lines] == [str(number) for number in range(90, 100)]
-
-
-def test_a_reader_may_begin_with_what_is_yet_to_come():
-    ring = EntryRing()
-    ring.add(TraceEntry(0.0, EntryKind.REPLY, "old"))
-    log = reader(ring, back=0)
-    ring.add(TraceEntry(1.0, EntryKind.REPLY, "new"))
-    assert [each.words for each in log.read()] == ["new"]
-
-
 def test_a_message_that_began_before_a_gap_is_no_message():
     ring = EntryRing(most_bytes=2 * (ENTRY_BYTES + 2))
     ring.seal()
@@ -163,11 +131,6 @@ def test_a_message_that_began_before_a_gap_is_no_message():
         ring.add(TraceEntry(0.0, EntryKind.RECEIVED, b"x"))
     ring.add(TraceEntry(0.0, EntryKind.RECEIVED, b"\r1\r"))
     assert log.read()[-1].words.endswith("done")
-
-
-def test_two_readers_do_not_disturb_each_other(arm):
-    one, other = arm.recorder.log(), arm.recorder.log()
-    assert one.read() == other.read() != ()
 
 
 # -- sieving -----------------------------------------------------------------------------------
@@ -190,16 +153,6 @@ def test_topics_and_texts_are_sieved():
         book.choose(sieve)
         assert list(book.lines) == passed
     assert book.total == 2
-
-
-def test_a_book_is_bounded_and_forgets_what_is_too_old_for_it():
-    book = LogBook(kept=3)
-    book.choose(LogFilter(frozenset({Topic.ERRORS})))
-    assert book.take([line(0, EntryKind.ERROR), *map(line, range(1, 5))]) == 1
-    assert book.total == 3
-    assert not book.lines
-    book.clear()
-    assert book.total == 0
 
 
 @given(st.lists(st.sampled_from(list(EntryKind)), max_size=30), st.integers(1, 8))
@@ -236,16 +189,6 @@ def test_a_recording_is_printed_in_the_same_words_as_the_arm_is_read(call, arm, 
     assert printed == live
     views = call("log", recording, "--json", code=0).json_lines
     assert [each["words"] for each in views] == [each.words for each in arm.recorder.log().read()]
-
-
-def test_a_recording_is_sieved(call, recording):
-    out = call("log", recording, "--only", "calls,errors", code=0).out
-    assert "call: move_motors" in out
-    assert "->" not in out
-    found_lines = call("log", recording, "--find", "step,speed", code=0).out.splitlines()[1:]
-    assert found_lines
-    assert all("step at speed" in each for each in found_lines)
-    assert "did you mean" in call.refused("log", recording, "--only", "byte", code=2)
 
 
 def test_the_newest_recording_is_read_where_none_is_named(call, arm):
@@ -483,9 +426,3 @@ def test_who_reads_too_slowly_is_told_how_much_was_passed_over():
     messages = told(arm, ring, [TraceEntry(3.0, EntryKind.SENT, b"x")] * (TAP_BACK + more))
     assert sum(message["missed"] for message in messages) == more
     assert sum(len(message["wire"]) for message in messages) == TAP_BACK
-
-
-def test_it_is_a_request_that_others_know_of():
-    assert "wire" in REQUESTS
-    with contextlib.closing(tapped(held()[1])) as stream:
-        assert next(stream) == {}

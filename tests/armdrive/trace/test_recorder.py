@@ -8,12 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import Arm, Jog, LinePart, LinkLost, OutOfBounds, Pose, Space, State
+from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
 from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import NoAnswer, StateFileError
+from armdrive.errors import StateFileError
 from armdrive.moves import ContinuousJog
 from armdrive.registry import DIALECTS
 from armdrive.sim.wire import MemoryLink
@@ -70,18 +70,6 @@ def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path
     assert "gripper.open 30" in calls
     (raised,) = of_kind(entries, EntryKind.RAISED)
     assert raised.startswith("OutOfBounds: ")
-
-
-def test_each_failed_attempt_is_noted_even_if_no_call_came_in_between(arm, tmp_path):
-    """Of two errors, the second may get the place in memory of the first, which is gone."""
-    attempts = [f"attempt {number}" for number in range(3)]
-    for words in attempts:
-        arm.parts.tracer.ended(NoAnswer(words))
-    lost = LinkLost("the wire")
-    for _ in range(2):
-        arm.parts.tracer.ended(lost)
-    raised = of_kind(saved(arm, tmp_path).entries, EntryKind.RAISED)
-    assert raised == [*(f"NoAnswer: {words}" for words in attempts), "LinkLost: the wire"]
 
 
 def test_requests_and_their_answers_are_noted(arm, tmp_path):
@@ -177,31 +165,6 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
     with pytest.raises(StateFileError, match="cannot be written"):
         arm.recorder.save()
     arm.close()
-
-
-def test_a_failed_recording_that_no_notice_has_shown_is_a_line_of_the_log(tmp_path, capsys):
-    (tmp_path / "blocked").write_text("a file")
-    arm = recorded_arm(folder=tmp_path / "blocked")
-    lose_the_wire(arm)
-    arm.close()
-    assert "could not write a recording: " in capsys.readouterr().err
-
-
-def test_a_system_without_free_threads_does_not_disturb_the_arm(tmp_path, monkeypatch):
-    """So it is while Python ends, too."""
-    arm = recorded_arm(folder=tmp_path / "failed")
-
-    def started(_thread):
-        raise RuntimeError("can't start new thread")
-
-    with monkeypatch.context() as patched:
-        patched.setattr(threading.Thread, "start", started)
-        arm.estop()
-        arm.sleep(1.0)
-        assert arm.status.state is State.ERROR_STOP
-        assert "can't start new thread" in arm.status.notice
-        arm.close()
-    assert written(tmp_path / "failed") == []
 
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
@@ -348,12 +311,6 @@ def test_a_gap_stands_where_something_went():
     assert kept[3].time_s == 89.0
 
 
-def test_a_connection_that_never_comes_about_is_bounded_too():
-    ring = filled([TraceEntry(float(t), EntryKind.RECEIVED, b"x" * 100) for t in range(5000)], -1)
-    assert sum(len(each.what) for each in ring.entries()) < 5_000_000
-    assert ring.bytes <= 4_000_000
-
-
 # -- the calls that it notes ----------------------------------------------------------------------
 
 PREFIXES = ("move_", "jog_")
@@ -364,17 +321,3 @@ CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))
 def test_a_call_that_moves_is_noted_and_waited_before(name):
     assert name in CALLS[""]
     assert name in MOVING
-
-
-def test_arcs_and_routes_are_in_the_recording(tmp_path):
-    path = tmp_path / "flight.jsonl"
-    with Arm.connect("sim:teachmover") as arm:
-        arm.home()
-        arm.park()
-        at = [Pose.of(x_mm=x, y_mm=y, z_mm=60, pitch_deg=-90) for x, y in ((200, 0), (220, 20))]
-        arm.move_path([LinePart(at[0])])
-        arm.move_c(via=Pose.of(x_mm=206, y_mm=14, z_mm=60, pitch_deg=-90), goal=at[1])
-        arm.recorder.save(path)
-    text = path.read_bytes()
-    assert b"move_path" in text
-    assert b"move_c" in text

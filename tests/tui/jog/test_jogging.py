@@ -11,9 +11,8 @@ from textual import events
 
 from armdrive.errors import Refused, Stopped
 from armdrive.motion.dead_man import GATE_S, HOLD_LONGEST_S
-from armdrive.moves import Jog, ParkMove, Space
+from armdrive.moves import Jog, ParkMove
 from armdrive.status import IN_MOTION, LinkStats, State, Trust
-from kinematics import Joints
 from kinematics.guards.shapes import Box
 from tui.axes import AxisRow, AxisTable
 from tui.jog import panels as tables
@@ -33,11 +32,6 @@ def held():
     clock.now_s += 10.0
     hand.push("w")
     return hand, arm, clock, said
-
-
-def test_a_button_is_held_at_once_and_each_hold_ends_by_itself(held):
-    _, arm, _, _ = held
-    assert arm.calls == [("hold", Jog.joint(shoulder=1.0), 0.25, HOLD_LONGEST_S)]
 
 
 def test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is(held):
@@ -165,21 +159,6 @@ async def test_the_mouse_holds_a_button_on_the_screen_and_letting_go_or_leaving_
         assert session.arm.calls[-1] == ("release",)
 
 
-async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
-    async with Session() as session:
-        await session.press("m")
-        await session.arm_keys()
-        await session.poll()  # the buttons stand where they are once that has been laid out
-        await session.pilot.pause()
-        await mouse(session, events.MouseDown, button(session, "tip", 2, plus=True))
-        assert session.arm.calls[-1][1] == Jog(Space.CARTESIAN, (("z", 1.0),))
-        await session.press("space")
-        assert ("stop",) in session.arm.calls
-        assert session.arm.calls[-1] == ("release",)
-        await session.poll()
-        assert session.screen.query_one("#tip", AxisTable).held == ""
-
-
 async def lose_the_link(session):
     session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
     await session.poll()
@@ -263,19 +242,6 @@ async def test_a_stop_after_the_press_lets_the_fingers_begin_nothing(key):
         assert session.arm.asked("grasp") == session.arm.asked("open") == []
 
 
-async def test_grasping_is_offered_where_a_grip_switch_can_end_it():
-    async with Session(size=(120, 40)) as session:
-        await session.arm_keys()
-        for dialect, part, grasps in (
-            ("teachmover", "footer", True),
-            ("robko01", "not_footer", False),
-        ):
-            session.arm.set(dialect=dialect)
-            await session.poll()
-            session.shows(dialect, **{part: "G grasp"})
-            assert ("grasp" in str(session.screen.query_one("#gripper").border_subtitle)) == grasps
-
-
 async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
     async with Session() as session:
         await session.press("m")
@@ -291,32 +257,10 @@ def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, sh
     assert text == f"a stop takes up to {shown}, 0.21 s"
 
 
-def test_a_teachmover_says_that_its_pendant_stops_sooner():
-    assert "The pendant's STOP key stops faster" in tables.quicker("teachmover")
-    assert "pendant" not in tables.quicker("robko01")
-
-
 def test_digital_lines_are_told_apart_by_their_numbers():
     status = FakeArm(inputs=0b101, outputs=0b10).status
     lines = tables.detail_lines(status, None)
     assert "inputs 1 . 3 . . . .  outputs . 2 . . . . . ." in lines
-
-
-@every_row(
-    "dialect, shown",
-    [
-        ("teachmover", "inputs . . . . . . .\n"),
-        ("robko01", "inputs . . . . . . . .\n"),
-        ("grbl", "inputs . . . . . . . . . . .\n"),
-        ("armdroid", ""),
-        ("mks", ""),
-        ("cia402", ""),
-    ],
-)
-def test_as_many_inputs_are_shown_as_the_arm_has(dialect, shown):
-    lines = tables.detail_lines(FakeArm(dialect=dialect, inputs=0).status, None)
-    assert shown in lines
-    assert ("inputs" in lines) == bool(shown)
 
 
 def test_the_load_of_the_wire_is_that_of_its_busier_direction():
@@ -379,13 +323,6 @@ def test_a_box_that_a_link_is_near_to_or_inside_of_is_named(x_mm, said):
     guards = replace(arm.model.guards, radii_mm=(35.0, 30.0, 25.0), boxes=(box,))
     arm.model = replace(arm.model, guards=guards)
     assert (f"box vice: {said}" in near(arm)) if said else ("box vice" not in near(arm))
-
-
-def test_the_end_of_the_reach_is_named_where_it_is_near():
-    arm = FakeArm()
-    assert "outer radius" not in near(arm)
-    arm.set(joints=Joints.of(0.0, 10.0, -10.0, 0.0, 0.0))
-    assert "outer radius: 4 mm (tip radius)" in near(arm)
 
 
 @every_row("value, sign", [(0.0, "!!"), (-91.0, "!!"), (85.0, ""), (-89.0, "!!"), (-84.0, "!")])

@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 from functools import partial
 
 import pytest
-from amounts import THOROUGH, every_row
+from amounts import every_row
 from desk_fake import END, MODEL, FakeArm, FakeHolder, busy_arm
 from desk_planner import CONFIG, PlannerArm
 from desk_session import AGAIN_S, AppSession, Session
@@ -19,7 +19,7 @@ from armdrive.moves import Jog
 from armdrive.status import State, status_view
 from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.systems import system
-from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, as_markdown, bindings, keyboard_of, label
+from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, bindings, keyboard_of
 from tui.keys.layouts import LAYOUTS
 from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, Freshness
 from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
@@ -180,13 +180,6 @@ def test_stopping_and_quitting_work_everywhere():
     assert {"space", "escape"} <= set(DEFAULT_KEYS.of("stop"))
 
 
-def test_every_axis_of_either_mode_has_a_pair():
-    assert {pair.joint for pair in JOG_PAIRS} == {
-        "base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper",
-    }  # fmt: skip
-    assert {pair.cartesian for pair in JOG_PAIRS} == {"x", "y", "z", "pitch", "roll", "gripper"}
-
-
 @every_row("place", [entry.id for entry in SCREENS])
 def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place):
     rows = DEFAULT_KEYS.next_keys(place)
@@ -205,18 +198,6 @@ def test_the_help_begins_with_jogging_and_names_every_key(place):
     for row in TABLE:
         if (row.counts_at(place) or not row.places) and row.description and not row.jogs:
             assert row.tooltip in listed
-
-
-def test_what_leads_out_of_a_state_stands_right_behind_the_stop():
-    ids = [row.id for row in DEFAULT_KEYS.next_keys("log", first=("reset",))]
-    assert ids[:2] == ["stop", "reset"]
-    assert ids[-3:] == ["help", "palette", "quit"]
-
-
-def test_the_help_of_the_jog_screen_names_the_jog_keys():
-    listed = "\n".join(DEFAULT_KEYS.help("jog", JOG_PAIRS))
-    for key in (key for pair in JOG_PAIRS for key in (pair.plus, pair.minus)):
-        assert label(key) in listed
 
 
 # Presses that count: a stop before all others, two presses of one key, and a pause before them.
@@ -357,20 +338,3 @@ async def test_the_desk_hears_and_shows_the_keys_of_the_layout():
         assert len(session.arm.asked("nudge")) == 3, "w is no key any more"
         await session.press("comma")
         assert "step [1°] 2 mm" in session.text("stopping")
-
-
-@pytest.mark.parametrize("layout", LAYOUTS if THOROUGH else ["dvorak"])
-async def test_every_jog_key_of_every_layout_moves_its_own_axis(layout):
-    keyboard = keyboard_of(layout)
-    async with Session(keys=keyboard) as session:
-        await session.arm_keys()
-        for number in range(1, 7):
-            row = keyboard.row(f"axis-{number}")
-            await session.tap(*row.keys, *row.back, after_s=3.0)
-        wanted = [Jog.joint(**{p.joint: s}) for p in JOG_PAIRS[:6] for s in (2.0, -2.0)]
-        assert [call[1] for call in session.arm.asked("nudge")] == wanted
-
-
-def test_every_row_stands_in_the_documentation_of_keys():
-    lines = list(as_markdown(DEFAULT_KEYS))
-    assert len(lines) == len(TABLE) + 2

@@ -1,18 +1,12 @@
 """The log screen: what has come is shown in words, sieved, held, opened and saved."""
 
 from desk_fake import LoggedArm, busy_arm
-from desk_planner import at_rest, laid_out
+from desk_planner import laid_out
 from desk_session import Session
-from textual.screen import ModalScreen
-from waiting import until_seen
 
-from armdrive.errors import WrongState
 from armdrive.trace.entries import EntryKind
 from armdrive.trace.log import LogLine, Topic
-from tui.keys.keyboard import DEFAULT_KEYS
-from tui.keys.table import LOG_KEYS
-from tui.log import PORTION, catalogue_text, cut, in_sight, index_of, log_row, whole_line
-from tui.widgets import PlainText
+from tui.log import in_sight, index_of
 
 
 class LogSession(Session):
@@ -84,31 +78,6 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
         await session.poll()
         differing = session.rows[-24:]
         assert not any("idle polling" in row for row in differing), "answers that differ"
-
-
-async def test_only_what_is_new_is_read_at_each_poll():
-    async with LogSession() as session:
-        session.arm.looks.clear()
-        await session.poll()
-        session.arm.move("99,0,0,0,0,0")
-        await session.poll()
-        await session.poll()
-        assert [look for look in session.arm.looks if look] == [4]
-        assert "base +99" in session.shown
-
-
-async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
-    arm = LoggedArm()
-    for number in range(4 * 700):
-        arm.pass_by(EntryKind.REPLY, f"number {number}")
-    async with LogSession(arm) as session:
-        assert max(arm.looks) <= PORTION
-        for _ in range(2000 // PORTION + 1):
-            await session.poll()
-        assert session.rows[-1].endswith("number 2799")
-        assert session.screen.book.total == 2000
-        await session.press("home")
-        assert "number 800" in session.rows[0]
 
 
 async def test_topics_are_left_out_and_shown_again_each_by_its_key():
@@ -244,75 +213,11 @@ async def test_saving_says_where_or_why_not():
         assert "the disk is full" in session.text("messages")
 
 
-async def test_an_arm_without_a_recorder_says_so():
-    class Unrecorded(LoggedArm):
-        def log(self):
-            raise WrongState("this arm was connected without a flight recorder")
-
-    async with LogSession(Unrecorded()) as session:
-        assert "without a flight recorder" in session.text("messages")
-
-
-async def test_no_key_of_the_log_moves_the_arm():
-    async with LogSession() as session:
-        for each in LOG_KEYS:
-            await session.press(each.keys[0])
-            session.desk.close_dialogs()
-        assert {call[0] for call in session.arm.calls} <= {"release"}
-
-
-async def test_nothing_is_wider_than_the_screen():
-    async with LogSession() as session:
-        for width, height in ((80, 24), (120, 40), (200, 60)):
-            await session.resize(width, height)
-            await session.poll()  # once the lines have their new height
-            await session.poll()
-            assert len(session.rows) <= height - 5
-            for text in (session.shown, session.text("log-head"), session.text("footer")):
-                assert max(map(len, text.splitlines())) <= width
-            head = session.screen.query_one("#log-head")
-            assert head.content_size.height == len(head.shown.splitlines()), "a line is cut off"
-
-
-def test_the_catalogue_of_errors(snap_compare):
-    session = LogSession()
-
-    async def opened(pilot):
-        await at_rest(pilot)
-        await pilot.press("e")
-        # the text of a dialog is filled in once its size is known
-        await until_seen(lambda: _filled(pilot.app.screen), pilot.pause)
-
-    assert snap_compare(session.desk, terminal_size=(120, 40), run_before=opened)
-
-
-def _filled(screen):
-    dialog = isinstance(screen, ModalScreen)
-    return dialog and all(each.shown for each in screen.query(PlainText))
-
-
 # -- the words alone --------------------------------------------------------------------------
 
 
 def line(number, kind=EntryKind.REPLY, words="done", **more):
     return LogLine(number, float(number), kind, **({"shown": "", "words": words} | more))
-
-
-def test_what_does_not_fit_is_cut_with_a_sign():
-    assert cut("abcdef", 6) == "abcdef"
-    assert cut("abcdef", 5) == "abcd~"
-    long = line(1, EntryKind.SENT, "w" * 200, shown="b" * 200)
-    told = log_row(long, 80, chosen=True)
-    assert len(told) == 80
-    assert told.count("~") == 2
-    assert told.startswith(">")
-
-
-def test_a_whole_line_keeps_everything():
-    long = line(1, EntryKind.SENT, "word " * 60, shown="bytes " * 60)
-    text = whole_line(long, 60, DEFAULT_KEYS)
-    assert text.count("word") == text.count("bytes") == 60
-    assert max(map(len, text.splitlines())) <= 60
 
 
 def test_the_chosen_line_is_in_sight_whatever_comes_and_goes():
@@ -322,13 +227,3 @@ def test_the_chosen_line_is_in_sight_whatever_comes_and_goes():
     assert in_sight(lines, 79, 10) == in_sight([*lines, line(100)], 79, 10) == lines[70:80]
     assert index_of(lines[85:], 79) == 0, "it was dropped"
     assert in_sight([], -1, 10) == in_sight(lines, 3, 0) == []
-
-
-def test_the_catalogue_fits_its_room_wherever_it_is():
-    from armdrive.errors.table import ENTRIES
-
-    for at in range(0, len(ENTRIES), 7):
-        text = catalogue_text(ENTRIES, at, 76, 18, DEFAULT_KEYS)
-        assert f"> {ENTRIES[at].code}" in text
-        assert max(map(len, text.splitlines())) <= 76
-    assert DEFAULT_KEYS.label("log-catalogue") == "e"

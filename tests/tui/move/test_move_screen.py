@@ -1,16 +1,15 @@
 """The move screen: what is typed is foreseen, what is seen is confirmed, and then it moves."""
 
 import pytest
-from desk_planner import PlannerArm, at_rest
+from desk_planner import PlannerArm
 from desk_session import AGAIN_S, Session
-from textual import events
 
 from armdrive.errors import WrongState
 from armdrive.moves import JointMove, LineMove, PoseMove
 from armdrive.status import State, Trust
 from kinematics import JOINT_NAMES
-from tui.move.form import STEPS, GoalForm
-from tui.settings import SPEEDS, MoveSettings
+from tui.move.form import GoalForm
+from tui.settings import MoveSettings
 
 
 class MoveSession(Session):
@@ -235,15 +234,6 @@ async def test_what_stood_in_a_field_is_replaced_by_what_is_typed_next():
         assert session.field("y") == ""
 
 
-async def test_a_goal_where_the_arm_stands_takes_nothing_and_needs_no_stop():
-    async with MoveSession() as session:
-        x_mm = session.arm.status.pose.x_mm
-        await session.keys(f"'{x_mm:.3f}")
-        await session.twice("enter")
-        await session.poll()
-        session.shows("there", foreseen="the arm stands there already", not_foreseen="a stop")
-
-
 async def test_an_arm_that_may_not_move_now_shows_the_plan_and_says_why():
     arm = PlannerArm()
     arm.hindrance = WrongState("the motors are off: enable them first")
@@ -276,13 +266,6 @@ async def test_keys_without_a_use_say_so():
         await session.follow(USELESS)
 
 
-def test_the_move_screen(snap_compare):
-    session = MoveSession()
-    keys = ["2", "6", "0", "down", "4", "0"]
-
-    assert snap_compare(session.desk, press=keys, terminal_size=(80, 24), run_before=at_rest)
-
-
 # -- the form alone ---------------------------------------------------------------------------
 
 
@@ -291,30 +274,11 @@ def form_of(present=None, *, has_yaw=False):
     return GoalForm(JOINT_NAMES, ("base", "tool"), settings, lambda: present or {}, has_yaw=has_yaw)
 
 
-def test_steps_and_speeds_stay_in_their_tables():
-    form = form_of()
-    for by, end in ((1, -1), (-1, 0)):
-        for _ in range(10):
-            form.settings.change_speed(by)
-            form.change_step(by)
-        assert (form.settings.speed, form.step) == (SPEEDS[end], STEPS[end])
-
-
 @pytest.mark.parametrize(("has_yaw", "last"), [(False, "roll"), (True, "yaw")])
 def test_fields_go_round_and_a_yaw_is_one_where_the_arm_has_it(has_yaw, last):
     form = form_of(has_yaw=has_yaw)
     form.move_to_field(-1)
     assert form.name == last
-
-
-def test_an_empty_form_asks_for_nothing_and_an_unknown_place_for_no_pose():
-    form = form_of()
-    assert form.goal() is None
-    form.field("x").type("5")
-    assert form.goal() is None
-    form.switch_mode()
-    form.field("base").type("5")
-    assert form.goal() == JointMove({"base_deg": 5.0}, 0.5)
 
 
 def test_what_was_filled_in_from_elsewhere_is_typed_over():
@@ -326,14 +290,3 @@ def test_what_was_filled_in_from_elsewhere_is_typed_over():
         assert form.shown("x") == f"{pose.x_mm:.2f}"
         getattr(form.field("x"), key)(*(left if key == "type" else ()))
         assert form.field("x").text == left
-
-
-async def test_keys_that_come_in_one_burst_are_taken_in_their_order():
-    """As a slow link delivers them: an arrow between two numbers leads to the next field."""
-    async with MoveSession() as session:
-        for key, character in (("2", "2"), ("5", "5"), ("down", None), ("down", None), ("9", "9")):
-            session.desk.post_message(events.Key(key, character))
-        await session.settle()
-        await session.settle()
-        form = session.screen.form
-        assert (form.field("x").text, form.field("z").text) == ("25", "9")

@@ -1,7 +1,6 @@
 """The points screen: places are named, gone to after two presses, and written into a program."""
 
 import pytest
-from amounts import every_row
 from desk_planner import PlannerArm
 from desk_session import AGAIN_S, Session
 
@@ -194,25 +193,6 @@ async def test_what_another_program_changes_is_shown_and_not_overwritten():
         session.shows("a damaged file", messages="line 1", list="new")
 
 
-async def test_points_of_a_newer_format_are_said_and_no_key_writes_them():
-    async with PointSession() as session:
-        path = session.arm.points.path
-        text = path.read_text(encoding="utf-8")
-        path.write_text(text.replace("format = 1", "format = 2"), encoding="utf-8")
-        before = path.read_bytes()
-        await session.settle()
-        await session.settle()
-        session.shows("a newer format", messages="Update armdrive")
-        await session.choose("up")
-        for line in ("t n enter", "r p enter"):
-            await session.keys(line)
-            assert path.read_bytes() == before, line
-        for key in ("U", "delete"):
-            await session.twice(key)
-            assert path.read_bytes() == before, key
-        assert session.arm.asked_for == []
-
-
 # -- a program of points ------------------------------------------------------------------------
 
 
@@ -284,19 +264,6 @@ async def test_a_program_that_a_person_edits_meanwhile_is_followed_and_not_overw
         assert path.read_text(encoding="utf-8") == "mov up\n"
 
 
-async def test_planned_moves_have_one_speed_on_both_screens_a_low_one_on_a_new_real_arm():
-    arm = taught_arm()
-    arm.set(simulated=False)
-    async with PointSession(arm) as session:
-        await session.choose("up")
-        session.shows("a new real arm", how="speed 25%")
-        await session.keys("greater_than_sign l")
-        session.shows("faster", how="speed 50%")
-        await session.keys("f3")
-        session.shows("the move screen", goal="speed 50%")
-        session.shows("the move screen", goal="straight line")
-
-
 async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
     async with PointSession() as session:
         await session.keys("p")
@@ -352,8 +319,3 @@ def test_what_is_chosen_stays_chosen_while_the_file_changes_around_it():
         listed.choose(chosen)
     listed.move(1)
     assert listed.name == ""
-
-
-@every_row("names, free", [(("p2", "p3"), "p4"), (("p1",), "p2"), (("x", "p2"), "p3")])
-def test_a_free_name_is_free(names, free):
-    assert selection(*names).free_name() == free

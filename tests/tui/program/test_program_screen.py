@@ -34,10 +34,6 @@ REFUSED = """\
 type "off we go"
 draw 5000, 0, 0
 """
-LATE = """\
-type "one"
-wait_input 2 within 1
-"""
 HOLDS = """\
 hold "put a part in"
 draw 0, 20, 0
@@ -208,16 +204,6 @@ async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path
         await session.begin()
         assert "REFUSED IN LINE 2" in session.text("run")
         assert not session.screen.run.busy
-
-
-async def test_a_refusal_names_the_keys_of_the_desk_and_not_the_calls_of_python(own_home, tmp_path):
-    with Arm.connect("sim:teachmover") as stranger:
-        async with ProgramSession(stranger, tmp_path, refused="draw 0, 20, 0\n") as session:
-            await session.keys("r")
-            shown = " ".join(session.text("run").split())
-            assert "REFUSED IN LINE 1: planned motion needs a trusted position" in shown
-            assert "press H" in shown
-            assert "home()" not in shown
 
 
 NOT_READY = [
@@ -429,28 +415,3 @@ async def test_a_journal_that_cannot_be_written_lets_nothing_move(arm, tmp_path,
         await session.ended()
         assert "the disk is full" in session.text("run")
         assert gate.moves == []
-
-
-async def test_a_long_program_is_scrolled_by_pages(arm, tmp_path):
-    many = "".join(f'type "{number}"\n' for number in range(200))
-    async with ProgramSession(arm, tmp_path, many=many) as session:
-        for line, first in (("pagedown", 9), ("pageup pageup", 1)):
-            await session.keys(line)
-            assert session.text("program").startswith(f"    {first}  ")
-
-
-def test_a_program_that_ended_early_looks_like_this(snap_compare, own_home, tmp_path):
-    with Arm.connect("sim:teachmover") as arm:
-        arm.home()
-        session = ProgramSession(arm, tmp_path, late=LATE)
-
-        async def run(pilot):
-            await pilot.press("r")
-            await at_rest(pilot)
-            for _ in range(2):
-                session.clock.now_s += AGAIN_S
-                await pilot.press("enter")
-            session.clock.now_s += 0.5
-            session.desk.poll()
-
-        assert snap_compare(session.desk, terminal_size=(120, 40), run_before=run)

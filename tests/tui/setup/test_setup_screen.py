@@ -1,10 +1,8 @@
 """The set-up screen, from a port that nobody knows to an arm file."""
 
-import math
 from dataclasses import replace
 
 import pytest
-from desk_planner import at_rest
 from desk_session import AGAIN_S, Session
 
 from armdrive import Arm
@@ -214,25 +212,6 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
             assert "leave it (ctrl+q)" in session.text("messages")
 
 
-async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
-    async with SetupSession() as session:
-        session.desk.link.status = replace(
-            session.desk.link.status, simulated=False, link="/dev/arm"
-        )
-        text = session.stage.text().head
-        assert "an arm without a file, on /dev/arm" in text
-        session.stage.marked = 1
-        session.stage.enter()
-        assert isinstance(session.stage, InterviewAsking)
-        session.stage.typing.type("x")
-        session.stage.enter()
-        assert session.stage.describing.question.key == "template"
-        session.stage.enter()
-        session.stage.enter()
-        # neither the dialect, nor the port, nor the baud rate is asked for
-        assert session.stage.describing.question.key == "motors"
-
-
 async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
     path = written()
     async with SetupSession() as session:
@@ -293,21 +272,6 @@ async def test_referencing_asks_as_the_desk_does_and_a_click_marks_a_step():
         assert "> 4 check its motors" in session.words, "the next step is marked"
         await session.choose("3 reference")
         assert "> 3 reference" in session.words, "it was referenced before"
-
-
-def test_a_question_of_the_setup_screen(snap_compare, monkeypatch):
-    found_at(monkeypatch, ROBKO)
-    session = SetupSession()
-
-    async def ready(pilot):
-        await at_rest(pilot)
-        for key in ("down", "enter", "x", "enter"):
-            await pilot.press(key)
-            session.clock.now_s += 0.5
-            await at_rest(pilot)
-
-    assert snap_compare(session.desk, terminal_size=(80, 24), run_before=ready)
-    session.simulated.arm.close()
 
 
 # The set-up screen turns each motor a little, and corrects the arm file by what was seen.
@@ -390,22 +354,6 @@ async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
         await session.settle()
         await session.settle()
         assert len(session.simulated.asked) == 1
-
-
-async def test_the_first_letter_of_a_paste_that_nothing_marks_turns_no_motor():
-    async with SetupSession() as session:
-        await session.choose("4 check")
-        session.desk.input.fresh.person_s = math.inf  # all comes at once
-        for letters in ("tw", "tt", "ty", "twy"):
-            await session.press(*letters)
-            for _ in range(2):
-                session.clock.now_s += 20.0
-                await session.settle()
-            assert session.simulated.asked == [], letters
-    async with SetupSession() as session:
-        await session.choose("4 check")
-        await session.turn()
-        assert len(session.simulated.asked) == 1, "a person presses it"
 
 
 async def test_a_stop_leaves_the_step_and_what_was_answered_is_kept():
