@@ -135,18 +135,6 @@ class CommandParser(argparse.ArgumentParser):
                 else f"{word!r} is one argument too many"
             )
             words += _nearest(word, self._option_string_actions)
-        elif found := re.fullmatch(_CHOICE, words):
-            known = [word.strip("'") for word in found[3].split(", ")]
-            words = f"{found[1]}: {found[2]!r} is none of {', '.join(known)}"
-            words += _nearest(found[2], known)
-        elif found := re.fullmatch(_REQUIRED, words):
-            missing = found[1] or found[2]
-            known = [each.choices for each in self._actions if each.metavar == missing]
-            choices = ", ".join(map(str, known[0] or ())) if known else ""
-            words = f"required: {missing}{f', one of {choices}' if choices else ''}"
-        elif (option := self._option_string_actions.get(words.partition(":")[0])) is not None:
-            form = option.metavar if isinstance(option.metavar, str) else ""
-            words = words.replace(":", f" {form}:" if form else ":", 1)
         usage = " ".join(self.format_usage().split()).removeprefix("usage: ")
         typed = f"type `{usage}`"
         if shown := examples(self, self.prog):
@@ -162,10 +150,7 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     return f" (did you mean {bare[near]}?)" if near else ""
 
 
-# Complaints of argparse that are put into other words here, with the words that are known.
 _UNKNOWN = r"(?s)unrecognized arguments: (\S+).*"
-_CHOICE = r"(?s)(.+): invalid choice: '?(.+?)'? \(choose from (.+)\)"
-_REQUIRED = r"the following arguments are required: (.+)|one of the arguments (.+) is required"
 
 
 # The help of a command, which declares its options.

@@ -212,16 +212,16 @@ def _shown(part: str | Inked) -> tuple[str, Ink | None]:
 
 
 def _in_inks(text: str, parts: Iterable[tuple[str, Ink | None]]) -> str:
-    """Return a text whose parts have colours, and which was folded: its spaces may differ."""
-    # folding moves spaces and line breaks alone, so the letters of a part are counted off
-    at, coloured = 0, []
+    """Return a text whose parts have colours; one that was folded stays without."""
+    at = 0
     for part, ink in parts:
-        letters = len("".join(part.split()))
-        found = re.compile(rf"(?:\s*\S){{{letters}}} *").match(text, at)
-        end = len(text) if found is None else found.end()
-        coloured.append(text[at:end] if ink is None else _in_ink(text[at:end], ink))
-        at = end
-    return "".join(coloured)
+        found = text.find(part, at)
+        if found < 0:
+            continue
+        shown = part if ink is None else _in_ink(part, ink)
+        text = text[:found] + shown + text[found + len(part) :]
+        at = found + len(shown)
+    return text
 
 
 def _in_ink(text: str, ink: Ink) -> str:

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from armdrive.arm import Arm
 from armdrive.blocking import run_blocking
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.errors.printable import command_line
 from armdrive.programs.acts import RunStep
-from armdrive.programs.interpreter import to_json
 from armdrive.programs.language.values import PlaceValue, value_text
 from armdrive.programs.language.words import (
     FORMS,
@@ -47,7 +46,7 @@ from armdrive.programs.session import PromptEntry, Session
 from armdrive.registry import dialect
 from armdrive.sim.world import World
 from armdrive.sim.world.table import PARTS, block_of
-from armdrive.status import joints_view, outcome_words, pose_view, status_view
+from armdrive.status import outcome_words
 from armdrive.storage.files import require_free, write_named
 from kinematics.errors import suggestion
 from kinematics.text import counted, mm_text
@@ -57,15 +56,8 @@ class Left(Exception):
     """The person is done."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reply:
-    """The answer of a word: an event for programs, and lines for people."""
-
-    event: Mapping[str, Any] | None
-    text: str
-
-
-Answers: TypeAlias = Iterator[Reply | PromptEntry]
+# What one of the shell's own words has to say, and the entry that it makes.
+Answers: TypeAlias = Iterator[str | PromptEntry]
 
 # A word and the text after it; `list = 3` assigns a value instead.
 _LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
@@ -174,126 +166,90 @@ class Shell:
 
 
 def _help(shell: Shell, rest: str) -> Answers:
-    for text in help_on(rest, shell):
-        yield Reply({"event": "help", "text": text}, text)
+    yield from help_on(rest, shell)
 
 
 def _list(shell: Shell, _: str) -> Answers:
     for number, texts in shell.session.kept.items():
-        text = "\n".join(text for _, text in texts)
-        first, *others = text.split("\n")
-        rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
-        yield Reply({"event": "list", "entry": number, "text": text}, "\n".join(rows))
+        first, *others = "\n".join(text for _, text in texts).split("\n")
+        yield "\n".join([f"{number:>4}  {first}", *(f"      {line}" for line in others)])
     if not shell.session.kept:
-        yield Reply(None, "nothing has been carried out yet")
+        yield "nothing has been carried out yet"
 
 
 def _drop(shell: Shell, rest: str) -> Answers:
     shell.session.drop(rest)
-    yield Reply({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
+    yield f"entry {rest} is out of the list"
 
 
 def _save(shell: Shell, rest: str) -> Answers:
     name, _, over = rest.rpartition(" ")
     named, force = (name, True) if over.lower() == OVER and name else (rest, False)
     path = program_path(named, "save stack.arm")
-    lines = shell.save(path, over=force)
-    yield Reply(
-        {"event": "saved", "file": str(path), "lines": lines},
-        f"{counted(lines, 'line is', 'lines are')} in {path}: rehearse the program with "
-        f"`{command_line('run', path, '--check')}`",
-    )
+    count = counted(shell.save(path, over=force), "line is", "lines are")
+    check = command_line("run", path, "--check")
+    yield f"{count} in {path}: rehearse the program with `{check}`"
 
 
 def _load(shell: Shell, rest: str) -> Answers:
     path = program_path(rest, "load stack.arm")
-    program = read_program_file(path)
-    yield shell.session.load(program, str(path))
-    yield Reply(
-        {"event": "loaded", "file": str(path)},
-        f"the subprograms, points and values of {path} are known; `names` lists them",
-    )
+    yield shell.session.load(read_program_file(path), str(path))
+    yield f"the subprograms, points and values of {path} are known; `names` lists them"
 
 
 def _new(shell: Shell, _: str) -> Answers:
     shell.start_over()
-    yield Reply({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
+    yield "names, subprograms and the list are forgotten; the arm stays"
 
 
 def _points(shell: Shell, _: str) -> Answers:
     for name, value in shell.session.context.variables.items():
         if isinstance(value, PlaceValue):
-            view = {"event": "point", "name": name, "value": to_json(value), "book": False}
-            yield Reply(view, f"  {name}: {value}")
+            yield f"  {name}: {value}"
     for name, point in shell.arm.points.items():
-        deg = dict(point.joints.deg)
-        place = PlaceValue(joints_deg=deg)
-        view = {"event": "point", "name": name, "value": to_json(place), "book": True}
-        yield Reply(view, f"  {name}: {place}, saved")
+        yield f"  {name}: {PlaceValue(joints_deg=dict(point.joints.deg))}, saved"
 
 
 def _names(shell: Shell, _: str) -> Answers:
     context = shell.session.context
     for name, value in context.variables.items():
         if not isinstance(value, PlaceValue):
-            view = {"event": "name", "name": name, "value": value}
-            yield Reply(view, f"  {name} = {value_text(value)}")
+            yield f"  {name} = {value_text(value)}"
     for define in context.defines:
-        head = f"{define.name}({', '.join(define.parameters)})"
-        yield Reply({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
+        yield f"  {define.name}({', '.join(define.parameters)})"
     yield from _points(shell, "")
-    speed = f"  speed {value_text(context.speed * 100.0)}%"
-    yield Reply({"event": "speed", "value": context.speed}, speed)
+    yield f"  speed {value_text(context.speed * 100.0)}%"
 
 
 def _where(shell: Shell, _: str) -> Answers:
     status = shell.arm.status
-    view = {
-        "event": "where",
-        "pose": pose_view(status.pose),
-        "joints": joints_view(status.joints),
-        "opening_mm": status.gripper_mm,
-    }
     if status.pose is None:
-        yield Reply(view, "the arm's position is unknown: `home` references it")
+        yield "the arm's position is unknown: `home` references it"
         return
     fingers = "" if status.gripper_mm is None else f", fingers {mm_text(status.gripper_mm)} apart"
-    yield Reply(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
+    yield f"tip {status.pose}\njoints {status.joints}{fingers}"
 
 
 def _status(shell: Shell, _: str) -> Answers:
-    status = shell.arm.status
-    yield Reply({"event": "status", **status_view(status)}, str(status))
+    yield str(shell.arm.status)
 
 
-def _reset(shell: Shell, _: str) -> Answers:
-    shell.arm.reset()
-    yield _state_of(shell)
+def _done(act: Callable[[Arm], object]) -> Callable[[Shell, str], Answers]:
+    """Return the function of a word that calls the arm, and says its state then."""
 
+    def answer(shell: Shell, _: str) -> Answers:
+        act(shell.arm)
+        yield outcome_words(shell.arm.status)
 
-def _reconnect(shell: Shell, _: str) -> Answers:
-    shell.arm.reconnect()
-    yield _state_of(shell)
-
-
-def _enable(shell: Shell, _: str) -> Answers:
-    shell.arm.enable()
-    yield _state_of(shell)
+    return answer
 
 
 def _disable(shell: Shell, rest: str) -> Answers:
-    what = dialect(shell.arm.status.dialect).torque.disable_warning
-    yield Reply({"event": "warning", "text": what}, what)
+    yield dialect(shell.arm.status.dialect).torque.disable_warning
     question = "Park it first with `ready`, or support it. Switch the motors off now? Type yes: "
     if rest.lower() != "yes" and not (shell.typing and shell.agreed(question)):
         raise OperatorNeeded("the motors were left as they are: `disable yes` switches them off")
-    shell.arm.disable()
-    yield _state_of(shell)
-
-
-def _state_of(shell: Shell) -> Reply:
-    status = shell.arm.status
-    return Reply({"event": "status", **status_view(status)}, outcome_words(status))
+    yield from _done(Arm.disable)(shell, rest)
 
 
 def _quit(_: Shell, __: str) -> Answers:
@@ -309,26 +265,23 @@ def _put(shell: Shell, rest: str) -> Answers:
     block = block_of(rest.replace(",", " ").split())
     with shell.arm.parts.pace.lock:
         world.put(block)
-    yield _block_of(shell, block.name)
+    yield _block_words(world, block.name)
 
 
 def _blocks(shell: Shell, _: str) -> Answers:
     """Say where every block stands, as the simulated world itself has it."""
-    names = list(_world(shell).scene.blocks)
-    for name in names:
-        yield _block_of(shell, name)
-    if not names:
-        yield Reply(None, "there are no blocks: `put A 250 0` puts one on the table")
+    world = _world(shell)
+    for name in list(world.scene.blocks):
+        yield _block_words(world, name)
+    if not world.scene.blocks:
+        yield "there are no blocks: `put A 250 0` puts one on the table"
 
 
-def _block_of(shell: Shell, name: str) -> Reply:
-    scene = _world(shell).scene
-    block, held = scene.blocks[name], scene.held == name
-    where = "in the fingers, its" if held else "its"
-    text = f"{where} bottom at {block.place_words}"
+def _block_words(world: World, name: str) -> str:
+    block = world.scene.blocks[name]
+    where = "in the fingers, its" if world.scene.held == name else "its"
     size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
-    view = {"event": "block", **asdict(block), "held": held}
-    return Reply(view, f"  {name}: {text}, {size}")
+    return f"  {name}: {where} bottom at {block.place_words}, {size}"
 
 
 def _world(shell: Shell) -> World:
@@ -394,9 +347,10 @@ OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({row.pattern.split()[0]: row
     OwnWord("new", "Forget names, subprograms and the list.", _new),
     OwnWord(f"put {PARTS}", "Put a block on a simulated arm's table, or move it there, mm.", _put),
     OwnWord("blocks", "Where the blocks of a simulated arm stand.", _blocks),
-    OwnWord("reset", "Clear an error, after you have looked at the arm. Moves nothing.", _reset),
-    OwnWord("reconnect", "Reconnect a lost connection. Moves nothing.", _reconnect),
-    OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),
+    OwnWord("reset", "Clear an error, after you have looked at the arm. Moves nothing.",
+            _done(Arm.reset)),
+    OwnWord("reconnect", "Reconnect a lost connection. Moves nothing.", _done(Arm.reconnect)),
+    OwnWord("enable", "Switch the motors on. Moves nothing.", _done(Arm.enable)),
     OwnWord("disable [yes]", "Switch the motors off. The arm can sag.", _disable),
     OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),
     OwnWord("exit", "Leave, as `quit` does.", _quit),

@@ -55,7 +55,6 @@ def _replay(parser: argparse.ArgumentParser) -> None:
 
     Options:
       --quiet           print the result only
-      --pace FACTOR     print this many times as fast as it happened (default: no waiting)
       --set NAME=VALUE  a setting of the simulated arm, as in `armdrive sim`; may be repeated
 
     A simulated arm gets the bytes that the recorded arm got. The exit code is 0 if it answers as

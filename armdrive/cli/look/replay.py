@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from armdrive.cli.presenter import Result
 from armdrive.registry import simulated_kind
@@ -26,20 +25,10 @@ def replay_recording(options: argparse.Namespace) -> Iterator[Result]:
     yield Result(None, heading(recording))
     if not options.quiet:
         timeline = lines(recording, replayed.divergence)
-        yield Result(None, _in_time(timeline, options.pace))
+        yield Result(None, (text for _, text in timeline))
     agreed = 0 if replayed.compared else NOTHING_COMPARED
     code = agreed if replayed.divergence is None else PARTED
     yield Result(replayed_view(recording, replayed), _verdict(replayed), code)
-
-
-def _in_time(timed: Iterable[tuple[float, str]], pace: float | None) -> Iterator[str]:
-    """Yield the lines of a timeline; with a pace, that many times as fast as they happened."""
-    before_s = None
-    for time_s, text in timed:
-        if pace is not None and before_s is not None and time_s > before_s:
-            time.sleep((time_s - before_s) / pace)
-        before_s = time_s
-        yield text
 
 
 def _verdict(replayed: Replayed) -> Iterator[str]:

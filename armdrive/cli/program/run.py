@@ -23,7 +23,7 @@ from armdrive.cli.program.run_arm import (
     slow_down,
     stands_at,
 )
-from armdrive.cli.program.run_output import Display, RunOutput, script_words
+from armdrive.cli.program.run_output import Display, script_words
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.connect.parts import ConnectOptions, connect
 from armdrive.connect.target import find
@@ -79,7 +79,7 @@ class _RunningScript:
     def __init__(self, options: argparse.Namespace, lines: SourceLines) -> None:
         self.arms: list[Arm] = []
         self._options = options
-        self._display = Display(RunOutput(as_json=as_json(options)), lines)
+        self._display = Display(lines, as_json=as_json(options))
         self._keys = standard_input()
         self._calls = 0
         self._last: SourceMark | None = None

@@ -4,8 +4,8 @@ On a terminal one line is rewritten in place; elsewhere each motion and each wai
 `--json` each event is a document. Other programs see the same view (`armdrive status`, `watch`).
 
 Two threads print: that of the program, at each act and each text, and one that looks five times a
-second for a pause, a resume and the time that is left. `Display` decides what is worth printing,
-`RunOutput` how; both have a lock, so that no line is written into another.
+second for a pause, a resume and the time that is left. The lock of `Display` keeps one from
+writing into a line of the other.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from typing import Any, Self
 from armdrive.arm import Arm
 from armdrive.cli.presenter import (
     ERROR_LABEL,
-    Result,
     as_json,
     background_thread,
     complain,
@@ -49,72 +48,6 @@ CLEAR_LINE = "\r\x1b[K"
 STANDARD_OUTPUT = 1  # the file number: Python flushes its stream once more as it ends
 
 
-class RunOutput:
-    """Prints results as text or JSON, and on a terminal a status line that is rewritten.
-
-    `words` are those of the interface: the command line's or the shell's. Every method may be
-    called from any thread.
-    """
-
-    def __init__(
-        self, *, as_json: bool, rewrites: bool | None = None, words: Words = COMMAND_LINE
-    ) -> None:
-        """`rewrites` says whether there is a status line, by default only on a terminal."""
-        self._stdout = sys.stdout  # kept, because the prints of a script may be redirected
-        self.as_json = as_json
-        terminal = self._stdout.isatty() if rewrites is None else rewrites
-        self.rewrites = terminal and not as_json
-        self._words = words
-        self._drawn = False
-        self._lock = threading.RLock()
-
-    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
-        """Print an event as a document for programs, and as lines for people."""
-        self.show(Result(event, text.split("\n") if text else ()))
-
-    def show(self, result: Result) -> None:
-        """Print a result. Raises `Stopped` if the output was closed."""
-        with self._lock:
-            if not self.as_json:
-                self.wipe()
-                lines = (result.lines,) if isinstance(result.lines, str) else result.lines
-                self._put("".join(f"{line}\n" for line in lines), folds=True)
-            elif result.document is not None:
-                self._put(f"{json.dumps(dict(result.document))}\n")
-
-    def rewrite(self, text: str) -> None:
-        """Write the status line over the one before."""
-        with self._lock:
-            columns = shutil.get_terminal_size().columns
-            self._put(printable(text)[: columns - 1], CLEAR_LINE)
-            self._drawn = True
-
-    def wipe(self) -> None:
-        """Take the status line away."""
-        with self._lock:
-            if self._drawn:
-                self._put("", CLEAR_LINE)
-                self._drawn = False
-
-    def place(self, mark: SourceMark | None, lines: SourceLines, error: BaseException) -> None:
-        """Show people a line with a caret under the place, unless the error itself does so."""
-        if self.as_json or mark is None or getattr(error, "mark", None) is not None:
-            return
-        line = lines.get((mark.file, mark.line))
-        put_error(f"{mark}\n" if line is None else f"{mark}\n{excerpt(line, mark.column)}\n")
-
-    def _put(self, text: str, control: str = "", *, folds: bool = False) -> None:
-        if not (text or control):
-            return
-        shown = presented(text, self._words)
-        try:
-            put(fit(shown, self._stdout) if folds else shown, control=control, output=self._stdout)
-        except BrokenPipeError:  # a program whose reader has gone must not seem to end well
-            os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
-            words = "the program was ended: its output was closed"
-            raise Stopped(words) from None
-
-
 REDRAW_S = 0.2  # a pause is seen at once, and a terminal over a slow line is not flooded
 # Acts and calls that may ask the person something, in small letters.
 ASKING = ("home",)
@@ -123,15 +56,29 @@ ASKING = ("home",)
 class Display:
     """Shows one run. `lines` are the program's, of which the present one is shown.
 
-    At a `prompt` the person has just typed them, so a motion is not worth a line of its own. Every
-    method may be called from any thread.
+    `words` are those of the interface: the command line's or the shell's. `rewrites` says whether
+    there is a status line, by default on a terminal. At a `prompt` the person has just typed the
+    lines, so a motion is not worth a line of its own. Every method may be called from any thread.
     """
 
-    def __init__(self, output: RunOutput, lines: SourceLines, *, prompt: bool = False) -> None:
+    def __init__(
+        self,
+        lines: SourceLines,
+        *,
+        as_json: bool,
+        rewrites: bool | None = None,
+        words: Words = COMMAND_LINE,
+        prompt: bool = False,
+    ) -> None:
         self.lines = lines
         self.run = RunView(lines)
-        self._output = output
+        self._stdout = sys.stdout  # kept, because the prints of a script may be redirected
+        self._as_json = as_json
+        terminal = self._stdout.isatty() if rewrites is None else rewrites
+        self._rewrites = terminal and not as_json
+        self._words = words
         self._prompt = prompt
+        self._drawn = False
         self._paused = False
         self._lock = threading.RLock()
         self._over = threading.Event()
@@ -143,7 +90,34 @@ class Display:
             with background_thread("progress", self._look, self._over.set):
                 yield self
         finally:
-            self._output.wipe()
+            self._put("", wipes=True)
+
+    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
+        """Show an event: a document for programs, lines for people.
+
+        Raises `Stopped` if the output was closed.
+        """
+        if not self._as_json:
+            self._put(f"{text}\n" if text else "", wipes=True)
+        elif event is not None:
+            self._put(f"{json.dumps(dict(event))}\n")
+
+    def _put(self, text: str, *, wipes: bool = False, draws: bool = False) -> None:
+        """Print lines, or draw the status line over the one that was drawn before."""
+        with self._lock:
+            control = CLEAR_LINE if draws or (wipes and self._drawn) else ""
+            self._drawn = draws
+            if not (text or control):
+                return
+            shown = presented(text, self._words)
+            if not (draws or self._as_json):
+                shown = fit(shown, self._stdout)
+            try:
+                put(shown, control=control, output=self._stdout)
+            except BrokenPipeError:  # a program whose reader has gone must not seem to end well
+                os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
+                words = "the program was ended: its output was closed"
+                raise Stopped(words) from None
 
     # -- what happens -------------------------------------------------------------------------
 
@@ -152,7 +126,7 @@ class Display:
         with self._lock:
             self.run.at(step)
             view = self.run.view()
-            if self._output.as_json:
+            if self._as_json:
                 self.tell({"event": "act", **view}, "")
                 if step.waiting:
                     self.tell({"event": "wait", **view}, "")
@@ -165,7 +139,7 @@ class Display:
 
     def ended(self, step: RunStep, answer: Answer, took_s: float) -> None:
         """Tell programs the answer to an act; at a prompt, tell people what a grasp found."""
-        if self._output.as_json:
+        if self._as_json:
             brought = answer if isinstance(answer, bool | float | int) else None
             took = {"answer": brought, "took_s": round(took_s, 3)}
             self.tell({"event": "done", **step.view(), **took}, "")
@@ -190,14 +164,17 @@ class Display:
             "resume": resume or None,
         }
         self.tell(event, text)
-        self._output.place(mark, self.lines, error)
-        if resume and not self._output.as_json:
+        if not self._as_json:
+            show_place(mark, self.lines, error)
+        if resume and not self._as_json:
             put_error(f"to continue from there: {resume}\n")
 
     def say(self, text: str) -> None:
         """Show what the program says."""
-        with self._lock:
-            self._output.show(Result({"event": "say", "text": text}, text))
+        if self._as_json:
+            self.tell({"event": "say", "text": text}, "")
+        else:
+            self._put(f"{text}\n", wipes=True)
 
     @contextlib.contextmanager
     def paused(self, arm: Arm) -> Iterator[None]:
@@ -215,16 +192,11 @@ class Display:
         how = "press Enter or run `armdrive resume`" if enter else "run `armdrive resume`"
         self.tell({"event": "hold", "text": text}, f"{words}{how} to continue")
 
-    def tell(self, event: Mapping[str, Any] | None, text: str) -> None:
-        """Show something else: an event for programs, lines for people."""
-        with self._lock:
-            self._output.tell(event, text)
-
     @property
     def _draws(self) -> bool:
         """Whether the status line may be rewritten now: not over a question."""
         asks = self.run.step is not None and self.run.step.name.lower() in ASKING
-        return self._output.rewrites and not asks
+        return self._rewrites and not asks
 
     def _look(self) -> None:
         """Show what changes between two acts, until the output is closed."""
@@ -248,7 +220,14 @@ class Display:
         step = self.run.step
         slowed = step is not None and step.arm.speed_override < 1.0
         words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
-        self._output.rewrite(words)
+        self._put(printable(words)[: shutil.get_terminal_size().columns - 1], draws=True)
+
+
+def show_place(mark: SourceMark | None, lines: SourceLines, error: BaseException) -> None:
+    """Show people a line with a caret under the place, unless the error itself does so."""
+    if mark is not None and getattr(error, "mark", None) is None:
+        line = lines.get((mark.file, mark.line))
+        put_error(f"{mark}\n" if line is None else f"{mark}\n{excerpt(line, mark.column)}\n")
 
 
 # What a script says besides its calls.

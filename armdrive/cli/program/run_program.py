@@ -15,7 +15,7 @@ from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.options import ARM_OPTIONS, typed_again
 from armdrive.cli.presenter import Result, as_json, say, show, tell
 from armdrive.cli.program.run_arm import connect_to_run, keep_recording, stands_at
-from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.program.run_output import Display, show_place
 from armdrive.cli.program.run_person import RunTerminal, standard_input, stopped_by_interrupt
 from armdrive.errors import ArmInUse, DeviceFault, LinkError
 from armdrive.errors.printable import command_line
@@ -73,7 +73,6 @@ class _RunningProgram:
         self._program = program
         self._arm = arm
         self._options = options
-        self._output = RunOutput(as_json=as_json(options))
         self._stops = arm.stops  # a stop during the rehearsal counts as well
 
     def run(self) -> int:
@@ -84,10 +83,11 @@ class _RunningProgram:
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
         except BaseException as error:
-            self._output.place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
+            if not as_json(self._options):
+                show_place(rehearsal.at, self._program.lines, rehearsal.refusal or error)
             raise
         self._arm.enable()
-        with Display(self._output, self._program.lines).shown() as display:
+        with Display(self._program.lines, as_json=as_json(self._options)).shown() as display:
             self._begin(display, rehearsal, plan)
             person = RunTerminal(self._arm, display, standard_input().keys)
             performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
@@ -207,8 +207,8 @@ def report(
     if drawn is not None:
         tell(options, f"path written to {drawn}")
     if rehearsal.refusal is not None:
-        output = RunOutput(as_json=as_json(options))
-        output.place(rehearsal.at, lines, rehearsal.refusal)
+        if not as_json(options):
+            show_place(rehearsal.at, lines, rehearsal.refusal)
         raise rehearsal.refusal
     return 0
 

@@ -12,13 +12,13 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
 from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import enable_if_settled
 from armdrive.cli.presenter import agreed, as_json, complain, forget_typed, put
 from armdrive.cli.program.run_arm import connect_to_run
-from armdrive.cli.program.run_output import Display, RunOutput
+from armdrive.cli.program.run_output import Display
 from armdrive.cli.program.run_person import LOOK_EVERY_S, Pressed, RunTerminal, stopped_by_interrupt
 from armdrive.cli.terminal_operator import ask_operator, settle_trust
 from armdrive.dialog import PostureRequest
@@ -28,10 +28,10 @@ from armdrive.errors.printable import in_words
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Say
 from armdrive.programs.interpreter import to_json
-from armdrive.programs.problems import ProgramError, SourceMark, mark_of
+from armdrive.programs.problems import ProgramError, SourceLines, SourceMark, mark_of
 from armdrive.programs.program import Machine
 from armdrive.programs.session import PromptEntry
-from armdrive.programs.shell import INPUT, Answers, Left, Reply, Shell, known_words
+from armdrive.programs.shell import INPUT, Answers, Left, Shell, known_words
 from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import IMMOBILE, WAYS_OUT, pose_view
 from armdrive.storage import files as places
@@ -51,6 +51,8 @@ HISTORY = "shell_history"
 LARGEST_BYTES = 1_000_000  # of the history: its last lines, where it has grown longer
 # Lines that the history keeps.
 MOST_LINES = 1000
+
+NOTHING: SourceLines = MappingProxyType({})
 
 # What stands between two words.
 BREAKS = ' \t\n(),=+-*/<>%"'
@@ -141,9 +143,12 @@ class ShellTerminal:
 
     def __init__(self, arm: Arm, options: argparse.Namespace, *, typing: bool) -> None:
         self.shell = Shell(arm, agreed, typing=typing)
-        self.output = RunOutput(
-            as_json=bool(options.json), rewrites=None if typing else False, words=SHELL
-        )
+        self._as_json = as_json(options)
+
+    def display(self, lines: SourceLines = NOTHING) -> Display:
+        """Return what shows an entry with these lines."""
+        rewrites = None if self.shell.typing else False
+        return Display(lines, as_json=self._as_json, rewrites=rewrites, words=SHELL, prompt=True)
 
     def take(self, line: str, position: int = 1) -> None:
         """Take a line: an entry's, or one of the shell's own words.
@@ -160,12 +165,12 @@ class ShellTerminal:
         try:
             with self._stopped():
                 for each in answers:
-                    if isinstance(each, Reply):
-                        self.output.tell(each.event, each.text)
+                    if isinstance(each, str):
+                        self.display().tell({"event": "reply", "text": each}, each)
                     else:
                         self._carry_out(each)
         except ArmError as error:
-            silent = self.shell.typing or self.output.as_json
+            silent = self.shell.typing or self._as_json
             if not (silent or isinstance(error, ProgramError)):
                 complain(str(SourceMark(position, 1, INPUT)))
             raise
@@ -174,7 +179,7 @@ class ShellTerminal:
         """Carry an entry out, shown as it is."""
         shell = self.shell
         machine = shell.machine(entry)
-        shown = Display(self.output, entry.program.lines, prompt=True)
+        shown = self.display(entry.program.lines)
         keys = keys_at_prompt if shell.typing else None  # lines of a pipe are no answers
         show_values = partial(self._say_values, machine) if entry.says else None
         person = RunTerminal(shell.arm, shown, keys, show_values)
@@ -193,14 +198,14 @@ class ShellTerminal:
     def _stopped(self, *, ends: bool = True) -> contextlib.AbstractContextManager[None]:
         """Return what makes Ctrl-C stop the arm."""
         arms = [self.shell.arm]
-        return stopped_by_interrupt(lambda: arms, ends=ends, as_json=self.output.as_json)
+        return stopped_by_interrupt(lambda: arms, ends=ends, as_json=self._as_json)
 
     def _say_values(self, machine: Machine, text: str) -> None:
         """Say values: to programs as such."""
         stage = machine.next()
         values = stage.act.values if stage is not None and isinstance(stage.act, Say) else ()
         view = {"event": "value", "values": list(map(to_json, values)), "text": text}
-        self.output.tell(view, text)
+        self.display().tell(view, text)
 
     def _failed(self, entry: PromptEntry, error: BaseException, shown: Display) -> None:
         """Show where an entry ended early, unless it is the only line, which was just typed."""
@@ -208,7 +213,7 @@ class ShellTerminal:
         mark = mark_of(error, None if at is None else at.mark)
         program = entry.program
         seen = mark is not None and mark.file == program.file and "\n" not in program.text
-        if self.output.as_json or not (self.shell.typing and seen):
+        if self._as_json or not (self.shell.typing and seen):
             shown.failed(mark, error, "")
 
     def complain(self, error: BaseException) -> None:
@@ -256,7 +261,7 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
     """Carry out all lines of standard input; the first error ends it, and is raised."""
     options.interface = SHELL  # what an error tells to do is a line before the one that failed
     terminal = ShellTerminal(arm, options, typing=False)
-    shell, tell_event = terminal.shell, terminal.output.tell
+    shell, tell_event = terminal.shell, terminal.display().tell
     tell_event({"event": "begin", "arm": arm.config.name, "simulated": arm.simulated}, "")
     try:
         for position, line in enumerate(sys.stdin, 1):

@@ -25,7 +25,7 @@ from armdrive.cli.presenter import (
     typed,
     with_arm,
 )
-from armdrive.cli.program.run_output import RunOutput
+from armdrive.cli.program.run_output import Display
 
 if sys.platform != "win32":
 
@@ -134,11 +134,11 @@ def narrow(terminal, monkeypatch):
         (lambda: present(Result({}, (LONG, LONG)), Namespace()), f"{FOLDED}\n{FOLDED}\n"),
         (lambda: complain(LONG), f"{FOLDED}\n"),
         (lambda: typed(f"{LONG}? "), f"{FOLDED.removesuffix(' below')}\n  below? "),
-        (lambda: RunOutput(as_json=False).tell(None, LONG), f"{FOLDED}\n"),
+        (lambda: Display({}, as_json=False).tell(None, LONG), f"{FOLDED}\n"),
         (lambda: put(LONG), LONG),
         (lambda: emit({"said": LONG}), f'{{"said": "{LONG}"}}\n'),
         (lambda: present(Result({}, LONG, verbatim=True), Namespace()), f"{LONG}\n"),
-        (lambda: RunOutput(as_json=True).tell({"said": LONG}, ""), f'{{"said": "{LONG}"}}\n'),
+        (lambda: Display({}, as_json=True).tell({"said": LONG}, ""), f'{{"said": "{LONG}"}}\n'),
     ],
 )
 def test_a_terminal_gets_sentences_folded_and_documents_as_they_are(

@@ -98,7 +98,7 @@ REFUSED = [
     ("explain --axes efficiency", 2, "--axes needs a system or a model file, not efficiency"),
     ("explain --axes puma --symbolic", 2, "not allowed with argument --axes"),
     ("explain puma --convention craig", 2, "--convention goes with --axes, not"),
-    ("explain --axes puma --convention paul", 2, "'paul' is none of standard, craig"),
+    ("explain --axes puma --convention paul", 2, "invalid choice: 'paul'"),
     # programs, and setting up
     ("run none.arm", 2, "cannot be read"),
     ("run none.txt", 2, "is no"),

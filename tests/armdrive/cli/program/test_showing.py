@@ -7,7 +7,7 @@ from amounts import every_row
 from program_acts import go
 from running_bench import table_arm
 
-from armdrive.cli.program.run_output import CLEAR_LINE, Display, RunOutput
+from armdrive.cli.program.run_output import CLEAR_LINE, Display
 from armdrive.cli.program.run_person import PromptLines, RunTerminal
 from armdrive.programs.acts import RunStep
 from armdrive.programs.problems import SourceMark, numbered_lines
@@ -35,7 +35,7 @@ def rehearsed():
 
 def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
     monkeypatch.setattr("armdrive.cli.program.run_output.REDRAW_S", 1e3)
-    with Display(RunOutput(as_json=False, rewrites=True), LINES).shown() as display:
+    with Display(LINES, as_json=False, rewrites=True).shown() as display:
         display.run.use(arm)
         display.run.follow(rehearsed())
         display.begins(step(arm, 2))
@@ -50,7 +50,7 @@ def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
 
 
 def test_no_line_is_drawn_over_a_question(arm, capsys):
-    with Display(RunOutput(as_json=False, rewrites=True), LINES).shown() as display:
+    with Display(LINES, as_json=False, rewrites=True).shown() as display:
         display.run.use(arm)
         display.begins(RunStep(arm, SourceMark(3, 1, "t.arm"), "Home", moves=True))
         display._look_once()
@@ -58,7 +58,7 @@ def test_no_line_is_drawn_over_a_question(arm, capsys):
 
 
 def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
-    with Display(RunOutput(as_json=False, rewrites=True), LINES).shown() as display:
+    with Display(LINES, as_json=False, rewrites=True).shown() as display:
         display.run.use(arm)
         display.run.follow(rehearsed())
         display.begins(step(arm, 2))
