@@ -1,9 +1,8 @@
 """How far a run has come, where it is, and how long it still takes.
 
 `RunProgress` estimates that from the rehearsal; a `RunView` follows a run and gives its view as
-plain data, which `armdrive run`, the shell, the desk and `armdrive status` all show. A run may take
-another path than its rehearsal, if an input is on that was assumed off. Then it is found again by
-its place in the program. Units: s on the arm's clock.
+plain data, which `armdrive run`, the shell, the desk and `armdrive status` all show. Units: s on
+the arm's clock.
 """
 
 from __future__ import annotations
@@ -12,7 +11,6 @@ import re
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, chain
 from typing import Any
 
 from armdrive.arm import Arm
@@ -50,19 +48,18 @@ UNKNOWN = Estimate()
 
 
 class RunProgress:
-    """Follows a run along its rehearsal."""
+    """Follows a run along its rehearsal, act by act.
+
+    `loops` are the rehearsed loops, the last of which stands for all later ones; `repeated` is how
+    many loops the run has, or `FOR_EVER`. Without a rehearsed loop nothing is known. A run that
+    takes another path than its rehearsal, by an input that comes, makes the estimate worse.
+    """
 
     def __init__(self, loops: Sequence[Sequence[Took]], *, repeated: int = 1) -> None:
-        """Take the rehearsed loops, the last of which stands for all later ones.
-
-        `repeated` is how many loops the run has, or `FOR_EVER`. Without a rehearsed loop nothing is
-        known.
-        """
-        self._loops = [list(loop) for loop in loops]
-        self._ends_s = [list(accumulate(each.took_s for each in loop)) for loop in self._loops]
+        self._loops = [[each.took_s for each in loop] for loop in loops]
         self._repeated = repeated
         self._loop = 0
-        self._index: int | None = None
+        self._index = 0
 
     @property
     def total_s(self) -> float | None:
@@ -71,53 +68,32 @@ class RunProgress:
             return None
         return self._first_s(self._repeated)
 
-    def begins(self, mark: SourceMark, loop: int = 1) -> None:
-        """Note where the run is now."""
-        fresh, self._loop = loop != self._loop, loop
-        marks = [each.mark for each in self._rehearsed(loop)]
-        expected = 0 if fresh or self._index is None else self._index + 1
-        self._index = nearest(marks, mark, expected)
+    def begins(self, loop: int = 1) -> None:
+        """Note that the next act of a loop begins."""
+        self._index = self._index + 1 if loop == self._loop else 0
+        self._loop = loop
 
     def estimate(self, under_way_s: float, share: float = 1.0) -> Estimate:
         """Return how far the run has come, `under_way_s` after the present act began.
 
         `share` is the present speed as a share of the rehearsed speed.
         """
-        if self._index is None or not self._loops:
+        if not (self._loop and self._loops):
             return UNKNOWN
-        took_s = self._rehearsed(self._loop)[self._index].took_s
-        done_s = self._ends(self._loop)[self._index] - took_s + min(under_way_s * share, took_s)
-        whole_s = self._loop_s(self._loop)
+        loop = self._loops[min(self._loop, len(self._loops)) - 1]
+        took_s = loop[self._index] if self._index < len(loop) else 0.0
+        done_s = sum(loop[: self._index]) + min(under_way_s * share, took_s)
+        whole_s = sum(loop)
         if self._repeated != FOR_EVER:
             done_s += self._first_s(self._loop - 1)
             whole_s = self._first_s(self._repeated)
         percent = 100.0 * done_s / whole_s if whole_s > 0.0 else 0.0
         return Estimate(min(percent, 100.0), max(whole_s - done_s, 0.0) / share)
 
-    def _rehearsed(self, loop: int) -> list[Took]:
-        return self._loops[min(loop, len(self._loops)) - 1] if self._loops else []
-
-    def _ends(self, loop: int) -> list[float]:
-        return self._ends_s[min(loop, len(self._loops)) - 1]
-
-    def _loop_s(self, loop: int) -> float:
-        return (self._ends(loop) or [0.0])[-1]
-
     def _first_s(self, loops: int) -> float:
         """Return how long the first loops take: a person may ask for millions of them."""
-        rehearsed = min(loops, len(self._loops))
-        later_s = (loops - rehearsed) * self._loop_s(loops)
-        return sum(self._loop_s(number) for number in range(1, rehearsed + 1)) + later_s
-
-
-def nearest(marks: Sequence[SourceMark], mark: SourceMark, expected: int) -> int | None:
-    """Return the index of a mark: the first at or after `expected`, else the last before it.
-
-    Returns None if there is none.
-    """
-    ahead = range(expected, len(marks))
-    behind = range(min(expected, len(marks)) - 1, -1, -1)
-    return next((index for index in chain(ahead, behind) if marks[index] == mark), None)
+        later = max(loops - len(self._loops), 0)
+        return sum(map(sum, self._loops[:loops])) + later * sum(self._loops[-1])
 
 
 # Where a running program is: for the terminal, the desk, and other programs that ask.
@@ -152,7 +128,7 @@ class RunView:
         """Note where the program is, and what it waits for."""
         with self._lock:
             self.step = step
-            self._progress.begins(step.mark, step.loop)
+            self._progress.begins(step.loop)
             self._began_s = step.arm.parts.pace.now_s()
 
     def line_at(self, mark: SourceMark) -> str:

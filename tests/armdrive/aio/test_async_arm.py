@@ -8,7 +8,6 @@ import pytest
 from amounts import amount
 
 from armdrive import AsyncArm, LinkLost, Pose, SimulatedClock, State, Stopped
-from armdrive.connect.runner import TaskRunner
 from armdrive.moves import JointMove
 
 PLACE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
@@ -131,14 +130,6 @@ async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
             assert arm.twin.world.joints.deg["base"] == pytest.approx(20, abs=0.2)
 
 
-async def test_simulated_time_does_not_pass_while_no_call_waits():
-    async with AsyncArm.connect("sim:teachmover") as arm:
-        before_s = arm.sync.parts.pace.now_s()
-        for _ in range(100):
-            await asyncio.sleep(0)
-        assert arm.sync.parts.pace.now_s() == before_s
-
-
 async def test_a_stop_from_another_task_ends_a_motion_with_stopped():
     async with homed() as arm:
         task = await moving(arm)
@@ -173,20 +164,6 @@ async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialec
         assert still(arm)
         assert arm.joints.deg["base"] < 59
         await arm.move_j(base_deg=0)
-
-
-async def test_a_timeout_stops_the_arm_and_is_a_timeout():
-    async with homed() as arm:
-
-        async def to_and_fro():
-            while True:
-                await arm.move_j(base_deg=60)
-                await arm.move_j(base_deg=-60)
-
-        with pytest.raises(TimeoutError):
-            await asyncio.wait_for(to_and_fro(), 0.02)
-        assert arm.status.state is State.STANDBY
-        assert still(arm)
 
 
 @pytest.mark.parametrize("rounds", range(1, 60, amount(30, 2)))
@@ -226,22 +203,6 @@ async def test_any_wait_can_be_cancelled(call):
         await cancelled(task)
         assert still(arm)
         assert arm.sync.parts.core.readings.awaiting == 0
-
-
-async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
-    made = []
-    inner = TaskRunner.__init__
-
-    def noted(self, *words, **named):
-        made.append(self)
-        inner(self, *words, **named)
-
-    monkeypatch.setattr(TaskRunner, "__init__", noted)
-    task = asyncio.create_task(AsyncArm.connect("sim:teachmover")._connected())
-    await asyncio.sleep(0)
-    await cancelled(task)
-    (runner,) = made
-    assert runner.pace.clock.engines == ()
 
 
 # -- Ends ------------------------------------------------------------------------------------------

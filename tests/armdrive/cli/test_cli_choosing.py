@@ -94,10 +94,3 @@ def test_six_joints_take_a_yaw_and_keep_what_is_not_named(on_models):
     assert moved["pose"]["x_mm"] == pytest.approx(500, abs=0.5)
     assert moved["gripper_mm"] is None
     assert "yaw 40" in on_models("status", "--arm", "bench", code=0).out
-
-
-def test_a_yaw_is_refused_where_no_hand_has_one(on_models):
-    on_models("home", "--arm", "five", code=0)
-    said = on_models("move", "--arm", "five", "--yaw", "20")
-    assert said.code != 0
-    assert "cannot take a yaw" in said.err

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import os
 import re
 import shlex
 import signal
@@ -55,12 +54,6 @@ def test_the_exit_codes_of_all_errors_have_a_page_of_help(call):
     assert {each.exit_code for each in error_classes()} <= EXIT_CODES.keys()
 
 
-@pytest.mark.parametrize("words", [("move",), ("points", "go"), ("can", "monitor")])
-def test_help_before_a_command_is_its_own_help(call, words):
-    assert call("help", *words, code=0).out == call(*words, "--help", code=0).out
-    assert call("help", *words).out.startswith(f"usage: armdrive {' '.join(words)} [OPTIONS]")
-
-
 @every_row("name", COMMANDS)
 def test_every_command_has_its_own_help_and_one_that_prints_can_print_json(call, name):
     text = call(name, "--help", code=0).out
@@ -68,12 +61,6 @@ def test_every_command_has_its_own_help_and_one_that_prints_can_print_json(call,
     function, _ = ROWS[name]
     assert str(command_parser(name, function).description) in " ".join(text.split())
     assert "--json" in text or name in {"completion", "sim"}
-
-
-def test_the_version_is_the_packages(call):
-    from importlib.metadata import version
-
-    assert call("--version", code=0).out == f"armdrive {version('armdrive')}\n"
 
 
 def test_an_unknown_word_is_answered_with_the_nearest_command_or_the_help(call):
@@ -164,70 +151,11 @@ def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
     assert programming <= {"armdrive.programs.language"}  # its package: how a file's name ends
 
 
-OF_OTHERS = (
-    "armdrive.cli.unexpected", "armdrive.config.write",
-    "armdrive.sim.bus", "armdrive.trace.files", "difflib", "kinematics.frames.graph", "tomlkit",
-)  # fmt: skip
 """What an arm on a serial line does without: buses, interviews, recordings that are written."""
-NO_ARM = (
-    "armdrive.arm", "armdrive.connect.parts", "armdrive.runtime.engine",
-    "armdrive.storage.arm_lock", "armdrive.motion", "armdrive.programs", "armdrive.sim",
-    "multiprocessing", "tomlkit",
-)  # fmt: skip
 """What a command does without that reads files alone."""
 
 
-SESSIONS = {
-    "from the lightest on": (
-        ("explain", ("armdrive.config", "armdrive.status", "kinematics.chains.arm", "socket")),
-        ("fk 0 0 0 0 0", ("armdrive.storage", "socket")),
-        ("points list", NO_ARM),
-        ("ports", ("armdrive.arm", "armdrive.connect.parts", "armdrive.sim", "can")),
-        ("status", (*OF_OTHERS, "armdrive.programs", "armdrive.render", "can", "lark")),
-        ("home", (*OF_OTHERS, "armdrive.programs")),
-        ("move --shoulder 10", (*OF_OTHERS, "armdrive.programs")),
-    ),
-    "other dialects": (
-        ("stop", ("armdrive.config", "armdrive.dialects.recognition", "armdrive.status")),
-        ("log", NO_ARM),
-        ("config check", NO_ARM),
-        ("status --port /dev/none --dialect grbl", (
-            "armdrive.sim", "armdrive.dialects.teachmover.pendant",
-        )),
-        ("status --sim mks", ("firmware_protocol.teachmover", "armdrive.sim.teachmover")),
-    ),
-    "a script": (
-        ("run SCRIPT", (
-            *OF_OTHERS, "armdrive.programs.rehearsal", "lark",
-            "armdrive.sim.device", "firmware_protocol.teachmover",
-        )),
-    ),
-}  # fmt: skip
 """Commands of one process, each with what is not loaded yet when it has ended."""
-
-
-@pytest.mark.parametrize("session", SESSIONS)
-def test_a_command_loads_nothing_that_only_others_need(session, tmp_path):
-    script = tmp_path / "empty.py"
-    script.write_text("")
-    program = (
-        "import contextlib, sys\nfrom armdrive.cli import main\n"
-        "for words in sys.argv[1:]:\n"
-        "    with contextlib.suppress(SystemExit):\n"
-        "        main(words.split())\n"
-        "    print('loaded', *sys.modules, file=sys.stderr)"
-    )
-    commands = [words.replace("SCRIPT", str(script)) for words, _ in SESSIONS[session]]
-    ended = subprocess.run(
-        [sys.executable, "-c", program, *commands],
-        capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL,
-        env={**os.environ, "ARMDRIVE_HOME": str(tmp_path)},
-    )  # fmt: skip
-    told = [line.split() for line in ended.stderr.splitlines() if line.startswith("loaded ")]
-    for (words, spared), loaded in zip(SESSIONS[session], told, strict=True):
-        assert "armdrive.cli.runner" in loaded
-        others = tuple(f"{each}." for each in spared)
-        assert [name for name in loaded if f"{name}.".startswith(others)] == [], words
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")
@@ -245,15 +173,6 @@ def test_an_output_that_takes_nothing_is_named_and_one_that_has_gone_ends_quietl
     assert full.stderr.count("\n") == 1
     for ended in (shell(f"{command} >&-"), shell(f"{command} | true")):
         assert (ended.returncode, ended.stderr) == (0, "")
-
-
-def test_closed_streams_are_no_traceback(call, tmp_path):
-    call("home", code=0)
-    program = tmp_path / "t.arm"
-    program.write_text('type "on"\nmove at(250, 0, 120, -90)\n', encoding="utf-8")
-    words = f"'{sys.executable}' -m armdrive run '{program}' <&- >&- 2>&-"
-    assert subprocess.run(words, shell=True, check=False).returncode == 0
-    assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(120, abs=0.5)
 
 
 def test_only_the_first_of_several_ending_signals_raises():

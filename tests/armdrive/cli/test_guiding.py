@@ -1,7 +1,6 @@
 """`armdrive home` and `verify` with typed answers, on a simulated twin."""
 
 import pytest
-from amounts import every_row
 from cli_calls import write_arm_file
 
 from armdrive import Arm
@@ -9,15 +8,13 @@ from armdrive.cli import terminal_operator
 from armdrive.cli.chosen_arm import connect_remembered, world_file
 from armdrive.cli.terminal_operator import (
     TerminalOperator,
-    parse_jogs,
 )
 from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest, DeviceFault, LinkLost, Stopped
+from armdrive.errors import DeviceFault, LinkLost, Stopped
 from armdrive.status import State, Trust
 from armdrive.storage.record import logbook_file
 from kinematics import preset
 
-AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")
 ARM = "sim:teachmover"
 
 
@@ -64,37 +61,6 @@ def test_nothing_moves_before_the_person_confirms_a_clear_way(call, typing):
     typing("shoulder 5", "done")
     call("home", "--guide", code=3)
     assert world_file(ARM).read_text() == before
-
-
-def test_a_line_that_means_nothing_is_answered_and_moves_nothing(call, typing):
-    at_the_mark()
-    wrong = ("shoulder", "elbow x", "shoulder nan", "shoulder 200", "w 2", "tail 3", "x 5", "", "?")
-    typing("ok", *wrong, "done")
-    said = call("home", "--guide", code=0).out
-    for words in (
-        "'tail' is none of",
-        "'x' is not a number",
-        "'nan' is not a finite number",
-        "at most 20",
-        "a name and an amount",
-    ):
-        assert words in said
-    assert call("status", "--json", code=0).json["acknowledged_steps"] is not None
-
-
-@every_row(
-    "line, said",
-    [
-        ("wrist 2", "'wrist' may be wrist_pitch or wrist_roll"),
-        ("shoulder", "a name and an amount"),
-        ("2 shoulder", "'2' is none of"),
-        ("shoulder inf", "'inf' is not a finite number"),
-        ("base 21", "at most 20"),
-    ],
-)
-def test_lines_that_might_mean_anything_are_refused(line, said):
-    with pytest.raises(BadRequest, match=said):
-        parse_jogs(line.split(), AXES)
 
 
 def unplug(arm):

@@ -2,7 +2,6 @@
 
 import pytest
 
-from armdrive import Arm, BadRequest
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import simulated_config
 
@@ -66,20 +65,3 @@ def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
         pytest.importorskip("matplotlib")
     call(*words, "--force", code=0)
     assert path.read_text(encoding="utf-8") != OLD
-
-
-@pytest.mark.parametrize(
-    ("there", "said"),
-    [
-        ("no/it.jsonl", "there is no folder .*no; make it first"),
-        ("", "it is a folder"),
-        ("ready.arm", "exists already: name another file, or add `overwrite=True`"),
-    ],
-)
-def test_a_recording_goes_only_where_a_file_may_be_made(folder, there, said):
-    with Arm.connect("sim:teachmover") as arm:
-        with pytest.raises(BadRequest, match=said):
-            arm.recorder.save(folder / there)
-        arm.recorder.save(folder / "ready.arm", overwrite=True)
-    assert (folder / "ready.arm").read_text(encoding="utf-8").startswith("{")
-    assert sorted(each.name for each in folder.iterdir()) == ["ready.arm"]

@@ -22,13 +22,12 @@ from armdrive.programs.acts import (
     Home,
     Look,
     Outputs,
-    ReadInput,
     Remember,
     Say,
 )
 from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.progress import FOR_EVER
-from armdrive.programs.running import Performer, ProgramRun, RunPlan
+from armdrive.programs.running import ProgramRun, RunPlan
 from armdrive.status import Trust
 from armdrive.tasks import never
 
@@ -77,29 +76,6 @@ def test_a_program_reads_and_saves_the_position(arm, does):
     does(go(down(250, 0, 120)))
     does(go(seen.joints_deg))
     assert arm.pose.z_mm == pytest.approx(seen.pose.z_mm, abs=0.5)
-
-
-def test_outputs_are_switched_one_by_one_and_the_others_stay(arm, does):
-    again = Performer(arm, Listener(), outputs=0b100)
-    again.perform(Outputs(on=(1,)))
-    assert arm.status.outputs == 0b101  # one is of the previous run
-    does(Outputs(on=(2,), off=(3,)))
-    assert arm.status.outputs == 0b011
-    assert Performer(arm, Listener(), outputs=0b100).outputs == 0b011  # as the arm was told
-
-
-def test_inputs_are_read_and_awaited_on_the_arms_clock(arm, does):
-    assert does(ReadInput(3)) is False
-    arm.twin.device.set_input(2, True)
-    assert does(ReadInput(3)) is True
-    assert does(AwaitInputs(high=(3,), low=(4,))) is True
-    began_s = arm.parts.pace.now_s()
-    assert does(AwaitInputs(high=(4,), within_s=2.0)) is False
-    assert arm.parts.pace.now_s() - began_s == pytest.approx(2.0, abs=0.2)
-    arm.twin.device.at(arm.twin.device.now_s + 3.0, lambda: arm.twin.device.set_input(3, True))
-    began_s = arm.parts.pace.now_s()
-    assert does(AwaitInputs(high=(3, 4))) is True
-    assert arm.parts.pace.now_s() - began_s == pytest.approx(3.0, abs=0.2)
 
 
 def test_a_delay_takes_its_time_and_texts_go_to_the_person(arm):
@@ -210,16 +186,6 @@ def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
         does(Outputs(on=(1,)))
     assert arm.status.outputs is None
     assert performer(arm).perform(Look()) is not None
-
-
-def test_a_suspension_ends_a_wait_of_a_script_at_once(arm):
-    for wait in (lambda: arm.sleep(500.0), lambda: arm.io.wait(high=2, within_s=500.0)):
-        began_s, device = arm.parts.pace.now_s(), arm.twin.device
-        device.at(device.now_s + 0.3, lambda: arm.parts.engine.suspended(60.0))
-        with pytest.raises(Stopped, match="was suspended"):
-            wait()
-        assert arm.parts.pace.now_s() - began_s < 2.0
-    arm.sleep(0.1)  # the next one is asked for after it
 
 
 def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):

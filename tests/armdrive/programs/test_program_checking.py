@@ -220,13 +220,6 @@ def test_parameters_hide_the_programs_names_and_are_free_again_outside():
     assert told("x = 1\ndefine f(x)\nx = x + 1\ntype x\nend\nf(7)\ntype x") == ["8", "1"]
 
 
-@every_row("wrong", ["end end", "end 1"])
-@every_row("head", ["if", "while", "repeat -", "define"])
-def test_a_wrong_end_hides_no_mistake_after_it(wrong, head):
-    problems = refused(f"repeat 2\n{wrong}\n{head}\ntype 1 +\nend\nend")
-    assert [line for line, _, _ in problems] == [2, 3, 4]
-
-
 def test_a_label_may_stand_before_an_end_or_an_else():
     for text in (
         "if on\n  goto x\n  stop\nx: else\n  stop\nend",

@@ -1,19 +1,15 @@
 """Python scripts: on the arm of the command or their own, checked on simulated ones."""
 
 import sys
-from pathlib import Path
 
 import pytest
 from amounts import every_row
 from cli_calls import TRACEBACK, write_bench
 from running_bench import Keys
 
-from armdrive import Arm
 from armdrive.cli import main
-from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.scripts import carry_out, read_script
+from armdrive.programs.scripts import read_script
 
 
 @pytest.fixture
@@ -185,46 +181,6 @@ def test_a_syntax_error_of_a_script_is_reported_with_its_line(call, write, tmp_p
         read_script(tmp_path / "zero.py")
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows ends a program without a word")
-def test_a_script_that_is_told_to_end_ends_as_any_command_does(homed, write):
-    path = write(
-        """\
-        import signal
-        from armdrive import Arm
-        with Arm.connect() as arm:
-            arm.move_j(base_deg=20)
-            signal.raise_signal(signal.SIGTERM)
-            arm.move_j(base_deg=0)
-        """
-    )
-    ended = homed("run", path, code=143)
-    assert "ended by SIGTERM" in ended.err
-    assert TRACEBACK not in ended.err
-    assert homed("status", "--json", code=0).json["joints"]["base_deg"] == pytest.approx(20, abs=1)
-
-
-STEPPED = """\
-    from armdrive import Arm, JointMove, Pose
-    with Arm.connect() as arm:
-        arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
-        arm.run(JointMove({"base_deg": 20.0}))
-        arm.start(JointMove({"base_deg": 30.0})).wait()
-        arm.io.read()
-"""
-
-
-def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
-    keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
-    ran = homed("run", write(STEPPED), "--step", code=0).out
-    assert keys.taken == 3
-    assert (
-        "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): press Enter"
-        in ran
-    )
-    assert all(f"line {line}: arm." in ran for line in (4, 5))
-
-
 def test_coroutines_are_run_checked_and_stepped_through_too(homed, write, monkeypatch):
     keys = Keys()
     monkeypatch.setattr("armdrive.cli.program.run.standard_input", lambda: keys)
@@ -244,23 +200,3 @@ def test_coroutines_are_run_checked_and_stepped_through_too(homed, write, monkey
     assert "line 6: await arm.park()\n" in ran
     assert "done: 2 calls" in ran
     assert keys.taken == 2
-
-
-def test_calls_within_calls_are_not_the_scripts(write):
-    script = Path(
-        write(
-            "from armdrive import Arm\narm = Arm.connect()\narm.enable()\narm.home()\narm.park()\n"
-        )
-    )
-
-    heard, arms = [], []
-    made = carry_out(
-        script,
-        (),
-        lambda *_: Arm(connect_simulated(simulated_config("teachmover"))),
-        lambda _, name, line: heard.append((name, line)),
-        arms,
-    )
-    assert made == 0
-    assert heard == [("enable", 3), ("home", 4), ("park", 5)]
-    assert [arm.closed for arm in arms] == [True]

@@ -2,7 +2,7 @@
 
 import pytest
 from amounts import every_row
-from program_acts import fingers, go, ready
+from program_acts import go, ready
 from program_bench import fk
 
 from armdrive.errors import BadRequest
@@ -71,11 +71,6 @@ def test_names_subprograms_and_the_speed_stay(prompt):
     assert prompt("move p") == [go({"base": 1.0}, name="p")]
 
 
-def test_an_opening_waits_for_the_move_of_a_later_entry(prompt):
-    assert prompt("open") == []
-    assert prompt("ready") == [fingers(None), ready()]
-
-
 def test_a_subprogram_can_be_replaced_and_needs_what_it_needed(prompt):
     for text in ("1", "2"):
         prompt("define f()", f"type {text}", "end")
@@ -90,14 +85,6 @@ def test_a_value_that_a_call_lacks_is_named_where_it_is_used(prompt):
     with pytest.raises(ProgramError, match="has no value yet") as caught:
         prompt("f()")
     assert "t.arm: line 2" in str(caught.value)
-
-
-def test_a_name_keeps_its_kind_and_a_value_is_no_subprogram(prompt):
-    prompt("n = 2")
-    with pytest.raises(ProgramError, match="cannot become a place"):
-        prompt("point n = tray")
-    with pytest.raises(ProgramError, match="is also the name of a value"):
-        prompt("define n()", "end")
 
 
 @every_row(
@@ -156,14 +143,6 @@ def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_o
     assert prompt("type 2", "end") == said("1", "2", "1", "2")
 
 
-def test_a_mistake_within_a_subprogram_names_the_entry_that_it_was_typed_in(prompt):
-    prompt("define half(x)", "  type 1 / (x - 2)", "end")
-    with pytest.raises(ProgramError) as caught:
-        prompt("half(2)")
-    assert str(caught.value).startswith("entry 1: line 2, column 10: this divides by zero")
-    assert "\n      type 1 / (x - 2)\n" in str(caught.value)
-
-
 def test_the_lines_of_a_pipe_are_counted():
     prompt = Prompt("standard input")
     prompt("", "define half(x)", "  type 1 / (x - 2)", "end", "# now", "half(4)")
@@ -198,12 +177,6 @@ def test_the_program_is_what_was_carried_out_and_checks(prompt):
     for number in ("5", "", "five", "9" * 5000):
         with pytest.raises(BadRequest, match=r"no entry .* like `drop 3`"):
             prompt.session.drop(number)
-
-
-def test_a_subprogram_whose_points_are_gone_is_in_the_way_of_nothing_else(prompt):
-    prompt("define there()", "  move tray", "end")
-    entry = prompt.session.take("ready")
-    assert entry.program.machine({}).next().act == ready()
 
 
 def test_loading_takes_what_gives_names_and_leaves_what_asks_the_arm(prompt):

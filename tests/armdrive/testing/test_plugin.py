@@ -1,6 +1,5 @@
 """The pytest plugin, and its table."""
 
-import asyncio
 import math
 import subprocess
 import sys
@@ -8,7 +7,7 @@ import sys
 import pytest
 from sim_bench import descend, grasp, lift, reach, spread
 
-from armdrive import Arm, AsyncArm, NotReferenced, Pose, Stopped
+from armdrive import Arm, NotReferenced, Pose, Stopped
 from armdrive.errors import BadRequest
 from armdrive.sim.world import World
 from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
@@ -104,18 +103,6 @@ def test_arms_are_placed_by_the_names_that_the_program_uses(world):
         world.add("left")
 
 
-def test_arm_world_shows_the_physical_arm_whatever_the_controller_believes(world):
-    world.put("A", 250, 0)
-    with Arm.connect() as arm:
-        arm.home()
-        world.faults.add("stall", 1)
-        arm.move_j(base_deg=40)
-        assert arm.joints.deg["base"] == pytest.approx(40, abs=0.2)
-        assert world.joints.deg["base"] == pytest.approx(0, abs=0.2)
-        assert world.pose.y_mm == pytest.approx(0, abs=1)
-        world.faults.end()
-
-
 def test_held_and_knocked_over_blocks_are_reported(world):
     world.put("A", 250, 0)
     with Arm.connect() as arm:
@@ -150,42 +137,6 @@ def test_a_sensor_and_a_person_come_when_they_are_said_to(world):
         assert world.clock.now_s == pytest.approx(6.0, abs=0.3)
         with pytest.raises(BadRequest):
             world.set_input("4")
-
-
-@pytest.mark.parametrize(
-    ("call", "said"),
-    [
-        (lambda world: world.put(5, 250, 0), "name must be text, not 5"),
-        (lambda world: world.put("A", "left", 0), "x_mm must be a finite number, not 'left'"),
-        (lambda world: world.add("right", x_mm=math.inf), "x_mm must be a finite number, not inf"),
-        (lambda world: world.after("soon", print), "by_s must be a finite number, not 'soon'"),
-        (lambda world: world.after(1, None), "action must be a function, not None"),
-        (lambda world: world.set_input(1), "no input 1 for a sensor; inputs are counted from 1"),
-        (lambda world: world.set_input(8 + 1), "TeachMover has no input 9 for a sensor"),
-        (lambda world: world.add("right", ""), "the name of the arm is empty"),
-        (lambda world: Arm.connect(""), "the name of the arm is empty"),
-    ],
-)
-def test_a_call_of_the_world_that_cannot_be_is_refused(world, call, said):
-    with pytest.raises(BadRequest, match=said):
-        call(world)
-    assert world.blocks == {}
-
-
-def test_an_async_program_leads_there_too(world):
-    world.add("left")
-    world.add("right", x_mm=500, turned_deg=180)
-
-    async def program():
-        async with AsyncArm.connect("left") as left, AsyncArm.connect("right") as right:
-            await asyncio.gather(left.home(), right.home())
-            began_s = world.clock.now_s
-            await asyncio.gather(left.move_j(base_deg=50), right.move_j(base_deg=50))
-            return world.clock.now_s - began_s
-
-    assert asyncio.run(program()) < 5.0
-    for twin in world.arms.values():
-        assert twin.world.joints.deg["base"] == pytest.approx(50, abs=0.2)
 
 
 def test_the_end_closes_what_is_open_and_later_connections_lead_elsewhere():
@@ -355,10 +306,6 @@ def test_a_mark_says_what_the_arm_of_a_test_is(passes):
     passes(MARKED.format("teachmover"), "--strict-markers", passed=2)
 
 
-def test_an_option_says_it_for_the_tests_that_do_not(passes):
-    passes(MARKED.format("robko01"), "--armdrive-dialect=robko01", passed=2)
-
-
 ARM_FILE = """
 title = "The arm in room 3"
 model = "teachmover"
@@ -384,24 +331,6 @@ def test_an_arm_file_of_the_project_is_the_arm_also_where_nobody_has_installed_i
     passes(FILED)
     source = FILED.replace('@pytest.mark.armdrive(file="arms/bench.toml")', "")
     passes(source, "--armdrive-file", "arms/bench.toml")
-
-
-@pytest.mark.parametrize(
-    "mark", ['"grbl"', 'dialekt="grbl"', 'dialect="grbl", file="a.toml"', ""], ids=str
-)
-def test_a_mark_that_says_nothing_right_is_an_error_that_shows_how(mark, passes):
-    ended = passes(
-        f"""
-        import pytest
-
-        @pytest.mark.armdrive({mark})
-        def test_it(arm_world):
-            pass
-        """,
-        passed=0,
-        errors=1,
-    )
-    ended.stdout.re_match_lines([".*(armdrive\\(dialect=|not both)"])
 
 
 def test_an_unknown_arm_is_one_sentence_even_for_a_test_that_never_connects(passes):

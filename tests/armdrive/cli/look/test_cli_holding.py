@@ -16,13 +16,11 @@ from armdrive.arm import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
 from armdrive.cli.look import status
-from armdrive.cli.look.status import Watched, next_step, status_lines
+from armdrive.cli.look.status import next_step, status_lines
 from armdrive.cli.presenter import Inked
 from armdrive.connect.control_socket import serve
 from armdrive.connect.target import simulated_config
-from armdrive.moves import Move
 from armdrive.runtime.engine import Engine
-from armdrive.sim.wire import MemoryLink
 from armdrive.status import State, status_view
 from armdrive.storage import arm_lock
 
@@ -62,13 +60,6 @@ def test_every_command_finds_the_program_that_holds_the_port_of_a_named_arm(
     assert watched == [held_by_port, held_by_port]
 
 
-def test_an_arm_that_is_only_being_connected_is_not_watched(call, monkeypatch):
-    write_bench("/dev/ttyACM9")
-    monkeypatch.setattr(jog, "require_screen", lambda *_: None)
-    with arm_lock.hold("/dev/ttyACM9"):
-        assert "/dev/ttyACM9 is held" in call.refused("jog", "--arm", "bench", code=4)
-
-
 def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
     for words in ((), ("--fresh",)):  # the world is not taken from under the holder
         seen = call("status", *words, "--json", code=0).json
@@ -80,16 +71,6 @@ def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
     assert "\nposition  referenced: " in said
     assert "\nnext      `armdrive watch` follows the arm" in said
     assert not re.search("armdrive (move|jog|run|reset|home)", said)
-
-
-def test_the_holder_is_asked_on_a_disk_that_has_become_read_only(call, held, monkeypatch):
-    def refused(name):
-        raise OSError(30, "Read-only file system")
-
-    monkeypatch.setattr(arm_lock, "try_lock", refused)
-    assert call("status", "--json", code=0).json["trust"] == "referenced"
-    held.close()
-    assert "no arm can be locked" in call.refused("status", code=1)
 
 
 def test_a_stop_from_outside_ends_a_motion(call, held):
@@ -166,15 +147,6 @@ def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
     assert not held.parts.engine.stop_asked
 
 
-def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, monkeypatch):
-    def stopped(arm: Arm, move: Move) -> None:
-        raise Stopped("the motion was stopped before its goal")
-
-    call("home", code=0)
-    monkeypatch.setattr(Arm, "run", stopped)
-    assert "stopped before its goal" in call.refused("move", "--z", "60", code=5)
-
-
 def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypatch):
     call("home", code=0)
     real, calls = Engine.advance, count()
@@ -193,23 +165,7 @@ def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypa
     assert 127 < seen["pose"]["x_mm"] < 299  # on the way
 
 
-def test_a_cable_that_is_pulled_ends_with_its_own_code(call, monkeypatch):
-    call("home", code=0)
-    real, calls = MemoryLink.write, count()
-
-    def pulled(link: MemoryLink, data: bytes, now_s: float) -> None:
-        if next(calls) == 4:
-            link.unplug()
-        real(link, data, now_s)
-
-    monkeypatch.setattr(MemoryLink, "write", pulled)
-    assert "unplugged" in call.refused("move", "--x", "300", "--z", "150", code=4)
-
-
 # The status of an arm as a person reads it, and the lines of `armdrive watch`.
-
-
-PROGRAM = {"file": "stack.arm", "line": 3, "text": "move pick", "percent": 40.2, "left_s": 12.4}
 
 
 @pytest.fixture(scope="module")
@@ -279,19 +235,3 @@ def test_a_bound_is_never_shown_smaller_than_it_is(view):
 )
 def test_the_page_ends_with_what_to_do_next(view, changes, step):
     assert step in next_step(view | changes)
-
-
-def test_watching_repeats_nothing_and_shows_news_before_the_place(view):
-    watched = Watched()
-    assert len(list(watched.lines(view))) == 2  # headings, and where the arm is
-    assert list(watched.lines(view | {"read_back_steps": [1] * 6})) == []
-    moved = view | {"pose": view["pose"] | {"x_mm": 130.04}, "program": PROGRAM}
-    program, place = map(plain, watched.lines(moved))
-    assert program == f"{'':<10}stack.arm, line 3: move pick"
-    assert place.split()[1:4] == ["standby", "referenced", "130.0"]
-    further = moved | {"program": PROGRAM | {"percent": 50.0}}
-    assert list(watched.lines(further)) == []
-    (fault,) = watched.lines(further | {"error": "no answer", "error_code": "E502"})
-    assert plain(fault).strip() == "[E502] no answer"
-    lost = watched.lines(further | {"pose": None, "gripper_mm": None, "trust": "unknown"})
-    assert [plain(line).split()[1:] for line in lost] == [["standby", "unknown", *"-----"]]

@@ -6,13 +6,9 @@ import shlex
 
 import pytest
 from cli_calls import write_bench
-from running_bench import Keys
 
 from armdrive.cli.chosen_arm import world_file
-from armdrive.errors import BadRequest
 from armdrive.programs.journal import journal_file
-from armdrive.programs.rehearsal import Rehearsal
-from armdrive.sim.world.table import block_of
 
 CARRY = """\
 # carry one block
@@ -153,15 +149,6 @@ def test_a_run_reports_an_unfinished_rehearsal(homed, write, monkeypatch):
     assert lines[1]["percent"] is None
 
 
-def test_while_a_program_is_checked_the_arm_is_free(homed, write, monkeypatch):
-    def rehearsed(seen, *_):
-        homed("home", code=0)
-        return Rehearsal(((),))
-
-    monkeypatch.setattr("armdrive.cli.program.run_program.rehearse", rehearsed)
-    homed("run", write("ready\n"), "--check", code=0)
-
-
 def test_the_path_is_drawn_into_a_file(homed, write, tmp_path):
     pytest.importorskip("matplotlib")
     output = tmp_path / "path.svg"
@@ -213,16 +200,6 @@ def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
         assert refused.out == ""
     assert not in_no_folder.parent.exists()
     assert homed("status", "--json").json["read_back_steps"] == before
-
-
-def test_each_motion_waits_for_enter(homed, write, monkeypatch):
-    keys = Keys()
-    monkeypatch.setattr("armdrive.cli.program.run_program.standard_input", lambda: keys)
-    path = write('move at(250, 0, 120, -90)\ntype "there"\nhold "look"\nready\n')
-    ran = homed("run", path, "--step", code=0).out
-    assert "line 1: move at(250, 0, 120, -90): press Enter" in ran
-    assert "look: press Enter" in ran
-    assert keys.taken == 3
 
 
 # -- what a person is told to type after an interruption ------------------------------------------
@@ -288,12 +265,6 @@ def test_the_program_finds_the_blocks_that_were_put_there(call, write):
     assert found["A"]["y_mm"] == pytest.approx(0.0, abs=1.0)
     assert found["A"]["height_mm"] == 30.0
     assert (found["B"]["width_mm"], found["B"]["z_mm"]) == (25.0, 0.0)
-
-
-@pytest.mark.parametrize("words", ["A", "A,1", "A,1,2,3,4,5", "A,one,2", "A B,1,2", "A,1,2,-3"])
-def test_an_invalid_block_is_refused_with_the_right_form(words):
-    with pytest.raises(BadRequest):
-        block_of(words.split(","))
 
 
 # -- every wait is shown --------------------------------------------------------------------------

@@ -12,9 +12,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach
 from armdrive.connect.target import find, simulated_config
 from armdrive.dialects.teachmover.pendant import FORMAT_LINE
-from armdrive.motion import device as program_memory
 from armdrive.programs.teaching.recording import ProgramRecorder
-from armdrive.status import status_view
 from armdrive.storage import files as places
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
@@ -29,20 +27,6 @@ def book():
     points = points_of(config.name, config.model.arm)
     points["above"], points["pick"] = Point(UP, 40.0), Point(DOWN, 12.0)
     return points
-
-
-@pytest.mark.parametrize(
-    ("line", "code", "sentence"),
-    [
-        ("points copy nothing new", 2, "there is no point 'nothing'"),
-        ("points copy pick 9a", 2, "is not a valid name"),
-        ("points offset pick far --x 900", 3, "the point 'pick' cannot go there"),
-    ],
-)
-def test_an_impossible_point_is_refused_and_nothing_is_written(call, book, line, code, sentence):
-    before = book.path.read_text(encoding="utf-8")
-    assert sentence in call.refused(*line.split(), code=code)
-    assert book.path.read_text(encoding="utf-8") == before
 
 
 @pytest.fixture
@@ -121,14 +105,6 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views
     told[:] = [view, KeyboardInterrupt()]
     call("teach", "tour.arm", "--force", code=0)
     assert tour.read_text(encoding="utf-8").startswith("move tour_1\n")
-
-
-def test_the_status_of_an_arm_is_what_a_recording_reads():
-    with connect_remembered(simulated_config("teachmover")) as arm:
-        arm.reference.confirm()
-        assert {"state", "trust", "joints", "gripper_mm", "gripping"} <= status_view(
-            arm.status
-        ).keys()
 
 
 # `armdrive points`: naming, listing, going; each command goes on from the last one.
@@ -219,16 +195,3 @@ def test_rows_of_a_homed_arm_become_a_program_and_its_points(call, tmp_path):
     assert "there_1 already: name the program otherwise, or add --force" in refused
     call("pendant", "program", str(out), str(program), "--force", code=0)
     assert program.read_text(encoding="utf-8").startswith("speed 32%\nmove there_1\n")
-
-
-def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch):
-    write_row = program_memory._write_row
-
-    def interrupted(context, row):
-        if row[0] == 2:
-            raise KeyboardInterrupt
-        yield from write_row(context, row)
-
-    monkeypatch.setattr(program_memory, "_write_row", interrupted)
-    said = call("pendant", "write", str(rows), "--yes", code=130)
-    assert "row 1 new in the arm; the next one perhaps" in said.err

@@ -95,16 +95,6 @@ def test_for_programs_there_are_json_lines(homed):
     assert failed.err.count("\n") == 1
 
 
-def test_points_are_the_sessions_and_those_of_the_book(homed, call):
-    call("points", "save", "rest", code=0)
-    shown = homed("here corner\nmove rest\nrest\nremember spot\npoints\n").out
-    assert "  corner: x " in shown
-    assert "  rest: base" in shown
-    assert "  spot: base" in shown
-    assert ", saved" in shown
-    assert "spot" in call("points", "list", code=0).out
-
-
 def test_help_knows_every_word_and_suggests(piped):
     words = "".join(f"help {word}\n" for word in (*SPELLINGS, *OWN_WORDS, "repeat", "sqrt"))
     shown = piped(f"help\n{words}").out

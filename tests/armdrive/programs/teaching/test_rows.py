@@ -1,15 +1,13 @@
 """A program as rows of the arm's own memory: they lead where it leads, or it is refused."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from armdrive import Arm
 from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import Refused
 from armdrive.programs.program import read_program
-from armdrive.programs.teaching.rows import program_of, rows_of
+from armdrive.programs.teaching.rows import rows_of
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
 from kinematics import Joints
@@ -49,17 +47,6 @@ def test_rows_are_absolute_and_the_fingers_stay_until_a_line_moves_them(arm):
     assert [row.speed for row in made.rows] == [240, 129, 240, 240]
     assert grip[0] - elbow[0] == grip[1] - elbow[1] != grip[2] - elbow[2]
     assert made.rows[1].positions[:5] == made.rows[2].positions[:5]
-
-
-LINES = ["move above", "move pick", "open_now 30", "open_now"]
-
-
-@given(st.lists(st.sampled_from(LINES), max_size=5))
-def test_rows_lead_where_the_program_leads_but_for_rounding(arm, lines):
-    made = rows(arm, "\n".join(["move above", *lines]))
-    points, text = program_of(CONFIG, made, "back")
-    points_of(CONFIG.name, CONFIG.model.arm).put_all(points, again=True)
-    assert rows(arm, text).rows[-1].positions == pytest.approx(made.rows[-1].positions, abs=1)
 
 
 @pytest.mark.parametrize(
