@@ -1,5 +1,7 @@
 """`armdrive jog`: an arm whose link may be lost, and a model with no arm."""
 
+import json
+
 import pytest
 from cli_calls import write_bench
 
