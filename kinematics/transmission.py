@@ -16,14 +16,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from operator import mul
 from typing import TypeVar
 
 from kinematics.errors import KinematicsError, SingularTransmission, finite
-from kinematics.frames.matrices import DependentRow, Matrix, inverse, times
 from kinematics.spaces import JOINT_NAMES, Joints, Motors
 from kinematics.text import counted
 
 N = TypeVar("N", int, float)
+
+Matrix = tuple[tuple[float, ...], ...]
+
+# A pivot smaller than this, against its row's largest entry, is a row that adds nothing.
+PIVOT = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,14 +88,11 @@ class Transmission:
             for earlier, ratio in motor.follows:
                 row = tuple(a + ratio * b for a, b in zip(row, full[earlier], strict=True))
             full.append(row)
-        try:
-            own_inverse, full_inverse = inverse(own), inverse(tuple(full))
-        except DependentRow as dependent:
-            raise SingularTransmission(self.motors[dependent.row].name) from None
+        names = [motor.name for motor in self.motors]
         object.__setattr__(self, "matrix", tuple(full))
-        object.__setattr__(self, "inverse", full_inverse)
+        object.__setattr__(self, "inverse", _inverse(tuple(full), names))
         object.__setattr__(self, "_own", own)
-        object.__setattr__(self, "_own_inverse", own_inverse)
+        object.__setattr__(self, "_own_inverse", _inverse(own, names))
 
     @property
     def has_gripper(self) -> bool:
@@ -214,3 +216,34 @@ def _signs(signs: Sequence[int], count: int, what: str) -> tuple[int, ...]:
     if len(signs) != count or not all(sign in {1, -1} for sign in signs):
         raise KinematicsError(f"{count} {what} signs are needed, each 1 or -1, not {signs!r}")
     return tuple(signs)
+
+
+def times(matrix: Matrix, vector: Sequence[float]) -> tuple[float, ...]:
+    """Return the product of a matrix and a vector."""
+    return tuple([sum(map(mul, row, vector)) for row in matrix])
+
+
+def _inverse(matrix: Matrix, names: Sequence[str]) -> Matrix:
+    """Return the inverse of a square matrix, or raise `SingularTransmission`.
+
+    Gauss-Jordan with the largest entry of each row as its pivot: rows keep their order, so that
+    the motor which adds nothing can be named. numpy would be loaded for this alone.
+    """
+    size = len(matrix)
+    rows = [
+        [*row, *(1.0 if column == index else 0.0 for column in range(size))]
+        for index, row in enumerate(matrix)
+    ]
+    pivots: list[int] = []
+    for index, row in enumerate(rows):
+        pivot = max(range(size), key=lambda column: abs(row[column]))
+        if abs(row[pivot]) <= PIVOT * max(map(abs, matrix[index])):
+            raise SingularTransmission(names[index])
+        pivots.append(pivot)
+        rows[index] = row = [entry / row[pivot] for entry in row]
+        for other, line in enumerate(rows):
+            if other != index and line[pivot] != 0.0:
+                factor = line[pivot]
+                rows[other] = [a - factor * b for a, b in zip(line, row, strict=True)]
+    order = sorted(range(size), key=pivots.__getitem__)
+    return tuple(tuple(rows[index][size:]) for index in order)

@@ -17,7 +17,6 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.generated import generated
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
-from kinematics.frames.matrices import singular, transposed
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import norm
 from kinematics.spaces import Jacobian
@@ -121,20 +120,19 @@ def condition_of(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condi
         )
         for row, entries in zip(rows, jacobian, strict=True)
     )
-    parts = singular(jacobian)
-    idle = parts.right[-1]
-    if len(jacobian) <= len(chain):  # the left vector of a zero is found among the right ones
-        hardest = singular(transposed(jacobian)).right[-1]
-    else:
-        hardest = parts.left[-1]
-    is_singular = parts.values[-1] < SINGULAR
+    import numpy as np  # not loaded by arms that are only driven
+
+    left, values, right = np.linalg.svd(jacobian)
+    last = len(values) - 1
+    hardest, idle = tuple(map(float, left[:, last])), tuple(map(float, right[last]))
+    sizes = tuple(map(float, values))
     return Condition(
-        parts.values,
-        math.prod(parts.values),
+        sizes,
+        math.prod(sizes),
         hardest,
         idle,
-        is_singular,
-        _sentence(chain, parts.values, hardest, idle, rows),
+        sizes[last] < SINGULAR,
+        _sentence(chain, sizes, hardest, idle, rows),
     )
 
 

@@ -12,10 +12,9 @@ from itertools import product
 from operator import mul
 
 from kinematics.five_axis import FiveAxisArm
-from kinematics.frames.matrices import times
 from kinematics.presets import MM_PER_INCH
 from kinematics.spaces import JOINT_NAMES, Joints
-from kinematics.transmission import Transmission
+from kinematics.transmission import Transmission, times
 
 LENGTH_NAMES = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
 

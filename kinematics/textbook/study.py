@@ -32,7 +32,7 @@ from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, rotation_of
 from kinematics.limits import LimitViolation
 from kinematics.spaces import Jacobian
-from kinematics.textbook.systems.mini_movers import own_jacobian as five_axis_jacobian
+from kinematics.textbook.systems.mini_movers import own_angle_rows
 from kinematics.textbook.systems.named import NamedBranch, NamedSingularity, System
 
 # The Jacobian of a named system in its own coordinates, and its singularities with reasons.
@@ -82,10 +82,11 @@ def own_jacobian(system: System, values: Sequence[float]) -> Jacobian:
 
     Pitch and roll of the five-axis build are its own, with the roll in the hand.
     """
-    checked = system.chain().directions(values)
-    if system.arm is not None:
-        return five_axis_jacobian(system, checked)
-    return chain_jacobian(system.chain(), checked, own_rows(system))
+    chain, rows = system.chain(), own_rows(system)
+    checked = chain.directions(values)
+    if system.arm is None:
+        return chain_jacobian(chain, checked, rows)
+    return (*chain_jacobian(chain, checked, rows[:3]), *own_angle_rows(system, checked))
 
 
 # Angles of the example posture: no two are alike, and none is a right angle.

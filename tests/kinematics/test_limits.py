@@ -1,4 +1,4 @@
-"""Turns of an angle and ranges of a joint; small linear systems."""
+"""Turns of an angle and ranges of a joint; numbers and lines as text."""
 
 import math
 
@@ -7,7 +7,6 @@ from amounts import every_row
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from kinematics.frames.matrices import DependentRow, inverse, times
 from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted, turn_into
 from kinematics.text import counted, folded, plain, rounded
 
@@ -40,32 +39,6 @@ def test_an_angle_a_hair_beyond_a_limit_becomes_the_limit():
 def test_an_angle_without_a_turn_in_the_range_fits_nowhere(angle):
     assert fitted(angle, 0.0, 1.0, 0.0) == math.inf
     assert fitted(angle + math.tau, 0.0, 1.0, 0.0) == math.inf
-
-
-entries = st.floats(-10.0, 10.0)
-matrices = st.lists(st.lists(entries, min_size=4, max_size=4), min_size=4, max_size=4)
-
-
-@given(matrices, st.lists(entries, min_size=4, max_size=4))
-def test_a_well_conditioned_matrix_is_inverted(rows, vector):
-    for index, row in enumerate(rows):
-        row[index] += 50.0  # diagonally dominant
-    matrix = tuple(tuple(row) for row in rows)
-    assert times(inverse(matrix), times(matrix, vector)) == pytest.approx(vector, abs=1e-9)
-
-
-@every_row(
-    "matrix, row",
-    [
-        (((0.0, 0.0), (0.0, 1.0)), 0),
-        (((1.0, 2.0), (2.0, 4.0)), 1),
-        (((1.0, 2.0, 3.0), (0.0, 1.0, 1.0), (1.0, 3.0, 4.0)), 2),
-    ],
-)
-def test_the_row_that_adds_nothing_is_named(matrix, row):
-    with pytest.raises(DependentRow) as caught:
-        inverse(matrix)
-    assert caught.value.row == row
 
 
 @every_row(

@@ -23,7 +23,7 @@ from kinematics import (
     UnknownPreset,
     preset,
 )
-from kinematics.frames.matrices import times
+from kinematics.transmission import times
 
 
 @every_row(

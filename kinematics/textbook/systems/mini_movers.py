@@ -18,7 +18,7 @@ from kinematics.chains.goals import HandTask, pose_of
 from kinematics.chains.links import DHLink
 from kinematics.errors import KinematicsError
 from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.closed_form import Lengths
+from kinematics.five_axis.closed_form import plane_tip
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import Transform
 from kinematics.frames.vectors import ZERO
@@ -81,49 +81,24 @@ def _turned(angle: float, sign: float, offset: float) -> float:
 # with the tip over the base, and nowhere else.
 
 
-def own_jacobian(one: System, joints: Values) -> Jacobian:
-    """Return the rows x, y, z (mm/rad), pitch and roll (rad/rad), by the system's own joints.
+def own_angle_rows(one: System, joints: Values) -> Jacobian:
+    """Return the rows pitch and roll (rad/rad) of the Jacobian, by the system's own joints.
 
     A tip behind the base axis pitches against its joints (see `five_axis`); on the axis itself
-    pitch counts as in front, and the tip can leave in the arm's own plane only.
+    pitch counts as in front.
     """
-    base, *plane, _ = relative_angles(one, joints)
-    to_tip = from_joints_to_tip(plane, arm_of(one).lengths)
-    r = to_tip[0][0]
-    cos_base, sin_base = math.cos(base), math.sin(base)
+    r, _ = _tip(one, joints)
     sense = -1.0 if r < -AXIS_MM else 1.0
-    rows = (
-        (-r * sin_base, *(-cos_base * rise for _, rise in to_tip), 0.0),
-        (r * cos_base, *(-sin_base * rise for _, rise in to_tip), 0.0),
-        (0.0, *(reach for reach, _ in to_tip), 0.0),
-        (0.0, sense, sense, sense, 0.0),
-        (0.0, 0.0, 0.0, 0.0, 1.0),
-    )
-    return tuple(
-        tuple(entry * sign for entry, (sign, _) in zip(row, one.senses, strict=True))
-        for row in rows
-    )
+    signs = [sign for sign, _ in one.senses]
+    return (0.0, *(sense * sign for sign in signs[1:4]), 0.0), (0.0, 0.0, 0.0, 0.0, signs[4])
 
 
-def from_joints_to_tip(plane: Sequence[float], lengths: Lengths) -> list[tuple[float, float]]:
-    """Return how far the tip lies outwards of and above shoulder, elbow and wrist.
-
-    `plane` holds their angles. What is above a joint is also how fast the tip moves inwards while
-    that joint turns.
-    """
-    shoulder, elbow, wrist = plane
-    _, upper, fore, hand = lengths
-    found = []
-    reach = rise = 0.0
-    for length, elevation in (
-        (hand, shoulder + elbow + wrist),
-        (fore, shoulder + elbow),
-        (upper, shoulder),
-    ):
-        reach += length * math.cos(elevation)
-        rise += length * math.sin(elevation)
-        found.append((reach, rise))
-    return found[::-1]
+def _tip(one: System, joints: Values) -> tuple[float, float]:
+    """Return how far out in the arm's plane the tip is, and how far above the shoulder."""
+    lengths = arm_of(one).lengths
+    _, shoulder, elbow, wrist, _ = relative_angles(one, joints)
+    r, z, _ = plane_tip(shoulder, elbow, wrist, lengths)
+    return r, z - lengths[0]
 
 
 def _formulas(one: System, goal: Values, side: float, bend: float) -> Solved:
@@ -157,51 +132,23 @@ TIP_OVER_BASE = (
     "the tip is on the base axis: turning the base only turns the hand, and the tip cannot "
     "move across the plane that the arm stands in"
 )
-# Steps of Newton's method: most starts take fewer than ten, some of them forty.
-_ROUNDS = 50
-
-# A tip this near to the base axis is on it.
-_CLOSE_MM = 1e-10
 
 
 def _singularities(one: System, joints: Values) -> Sequence[NamedSingularity]:
-    """Return the three ways in which this build is singular (see `own_jacobian`)."""
-    _, *plane, _ = relative_angles(one, joints)
-    lengths = arm_of(one).lengths
-    straight, folded = elbow_singularities(plane[1], lengths[1], lengths[2])
-    r, _ = from_joints_to_tip(plane, lengths)[0]
+    """Return the three ways in which this build is singular (see `own_angle_rows`).
+
+    The shoulder alone can bring the tip over the base, since its axis meets the base axis.
+    """
+    _, _, elbow, _, _ = relative_angles(one, joints)
+    _, upper, fore, _ = arm_of(one).lengths
+    straight, folded = elbow_singularities(elbow, upper, fore)
+    r, rise = _tip(one, joints)
+    by_shoulder = math.atan2(abs(r), abs(rise)) if r or rise else 0.0
     return [
         replace(folded, reason=ELBOW_FOLDED),
         replace(straight, reason=ELBOW_STRAIGHT),
-        NamedSingularity(TIP_OVER_BASE, _over_base(plane, lengths), abs(r)),
+        NamedSingularity(TIP_OVER_BASE, by_shoulder, abs(r)),
     ]
-
-
-def _over_base(start: Sequence[float], lengths: Lengths) -> float:
-    """Return a small move of shoulder, elbow and wrist that puts the tip on the base axis.
-
-    The shoulder alone can always do it, since its axis meets the base axis: that bounds the
-    move from above. Newton's method on r = 0, always by the shortest way from the start,
-    looks for a combination that is smaller.
-    """
-    r, height = from_joints_to_tip(start, lengths)[0]
-    alone = math.atan2(abs(r), abs(height)) if r or height else 0.0
-    angles = start
-    for _ in range(_ROUNDS):
-        if not math.dist(start, angles) <= alone:
-            break  # on the flat at full stretch a step is thrown anywhere
-        to_tip = from_joints_to_tip(angles, lengths)
-        r = to_tip[0][0]
-        if abs(r) <= _CLOSE_MM:
-            return math.dist(start, angles)
-        slopes = [-rise for _, rise in to_tip]
-        steep = sum(slope * slope for slope in slopes)
-        if steep == 0.0:
-            break
-        back = sum(s * (a - b) for s, a, b in zip(slopes, start, angles, strict=True))
-        step = (r + back) / steep
-        angles = [a - slope * step for a, slope in zip(start, slopes, strict=True)]
-    return alone
 
 
 def _alpha2_table(height: float, upper: float, fore: float, hand: float) -> Chain:

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER
 
 from kinematics import KinematicsError, Pose, line_path, preset
-from kinematics.frames.matrices import times
 from kinematics.paths.profiles import averaged, trapezoid
 from kinematics.paths.timing import MotionLimits, timed
+from kinematics.transmission import times
 
 
 def line_corners(tolerance_mm=0.1):
