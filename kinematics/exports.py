@@ -112,15 +112,12 @@ from kinematics.spaces import JOINT_NAMES as JOINT_NAMES
 from kinematics.spaces import Joints as Joints
 from kinematics.spaces import Motors as Motors
 from kinematics.spaces import Pose as Pose
-from kinematics.textbook.accuracy import StepRange as StepRange
 from kinematics.textbook.accuracy import TipError as TipError
-from kinematics.textbook.accuracy import explain_resolution as explain_resolution
 from kinematics.textbook.accuracy import gearing_errors as gearing_errors
 from kinematics.textbook.accuracy import length_errors as length_errors
 from kinematics.textbook.accuracy import rounding_bound_mm as rounding_bound_mm
 from kinematics.textbook.accuracy import rounding_rms_mm as rounding_rms_mm
 from kinematics.textbook.accuracy import step_errors as step_errors
-from kinematics.textbook.accuracy import step_ranges as step_ranges
 from kinematics.textbook.accuracy import zero_errors as zero_errors
 from kinematics.textbook.efficiency import Efficiency as Efficiency
 from kinematics.textbook.efficiency import Tally as Tally

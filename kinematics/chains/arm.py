@@ -118,10 +118,14 @@ class ChainArm:
         if near is not None and math.dist(near, seed) <= LEAP_RAD:
             return near
         found = descend(self.chain, self.goal(pose), self._values(seed))
+        if not found.ok:
+            raise _refusal(self, pose, found)
         joints = self.joints_of(found.joints)
-        turned = max(abs(b - a) for a, b in zip(seed, joints, strict=True))
-        if not found.ok or turned > LEAP_RAD:
-            raise _step_refusal(self, pose, found, seed)
+        name, turn = largest_turn(seed, joints)
+        if turn > LEAP_RAD:
+            reason = leap_sentence(name, turn, "the posture is singular here")
+            kind, here = Constraint.NO_POSTURE, self.fk(seed)
+            raise Unreachable(reason, kind, turn, 0.0, "rad", goal=pose, nearest=here)
         return joints
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
@@ -397,26 +401,18 @@ def _refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:
     if found.reason is Reason.JOINT_LIMIT and found.violations:
         worst = max(found.violations, key=lambda one: one.excess)
         return Unreachable.by_limit(worst.joint, worst.value, worst.bound, pose, nearest)
-    return _not_found(pose, nearest, found)
-
-
-def _step_refusal(arm: ChainArm, pose: Pose, found: Solution, seed: Joints) -> Unreachable:
-    """Return the error for a small step that leads nowhere near the posture it starts from."""
-    if found.ok:
-        here = arm.fk(seed)
-        name, turn = largest_turn(seed, arm.joints_of(found.joints))
-        reason = leap_sentence(name, turn, "the posture is singular here")
-        return Unreachable(reason, Constraint.NO_POSTURE, turn, 0.0, "rad", goal=pose, nearest=here)
-    nearest = _nearest_of(arm, pose, found)
+    if found.residual_rad > HELD_RAD:
+        value, unit = found.residual_rad, "rad"
+        misses = f"misses the hand's direction by {math.degrees(value):.2f}°"
+    else:
+        value, unit = math.dist(pose.position_mm, nearest.position_mm), "mm"
+        misses = f"stays {value:.2f} mm away"
+    proved = found.reason is Reason.NO_POSTURE
+    reason = "no posture meets this" if proved else "no posture was found"
+    reason += f"; the nearest posture {misses}"
     if found.at_limit:
-        joint = found.at_limit[0]
-        value = found.joints[arm.joint_names.index(joint)]
-        reason = f"the {shown_name(joint)} is at its limit of {math.degrees(value):.1f}°"
-        limit = Constraint.JOINT_LIMIT
-        return Unreachable(
-            reason, limit, value, value, "rad", goal=pose, nearest=nearest, joint=joint
-        )
-    return _not_found(pose, nearest, found)
+        reason += f", with the {shown_name(found.at_limit[0])} at its limit"
+    return Unreachable(reason, Constraint.NO_POSTURE, value, 0.0, unit, goal=pose, nearest=nearest)
 
 
 def _nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
@@ -434,16 +430,3 @@ def _nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
     if all(abs(math.remainder(a - b, math.tau)) <= HELD_RAD for a, b in pairs):
         return replace(pose, x_mm=reached.x_mm, y_mm=reached.y_mm, z_mm=reached.z_mm)
     return reached
-
-
-def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
-    proved = found.reason is Reason.NO_POSTURE
-    if found.residual_rad > HELD_RAD:
-        value, unit = found.residual_rad, "rad"
-        misses = f"misses the hand's direction by {math.degrees(value):.2f}°"
-    else:
-        value, unit = math.dist(pose.position_mm, nearest.position_mm), "mm"
-        misses = f"stays {value:.2f} mm away"
-    none = "no posture meets this" if proved else "no posture was found"
-    reason = f"{none}; the nearest posture {misses}"
-    return Unreachable(reason, Constraint.NO_POSTURE, value, 0.0, unit, goal=pose, nearest=nearest)

@@ -23,16 +23,13 @@ from kinematics.chains.chain import LIMIT_TOLERANCE_MM, Chain
 from kinematics.chains.closed_form import closed_form
 from kinematics.chains.descent import SEARCHING, THOROUGH, Descent, Weights
 from kinematics.chains.goals import ALL_PARTS, Goal, Part, frame_goal
-from kinematics.chains.jacobians import condition, length_of
+from kinematics.chains.jacobians import length_of
 from kinematics.chains.links import JointKind
 from kinematics.errors import limit_sentence, require
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, norm
 from kinematics.limits import LimitViolation
 from kinematics.text import significant
-
-# Smallest singular value, dimensionless, above which an arm is not at the edge of its reach.
-FAR_FROM_SINGULAR = 1e-4
 
 
 class Reason(Enum):
@@ -41,10 +38,6 @@ class Reason(Enum):
     NONE = "the goal is met"
     BEYOND_REACH = "the goal is further away than all links together are long, for certain"
     JOINT_LIMIT = "without the joint limits the goal is met; no posture within them was found"
-    TOO_FEW_AXES = (
-        "the position is met, but the arm has fewer axes than the goal asks, so that the hand "
-        "cannot be turned as asked there"
-    )
     NO_POSTURE = "no posture meets the goal, for certain, with or without the joint limits"
     NOT_FOUND = "no posture was found that meets the goal, with or without the joint limits"
 
@@ -104,37 +97,12 @@ class Solution:
         return text
 
 
-def _reason(
-    chain: Chain,
-    goal: Goal,
-    joints: Sequence[float],
-    missed: set[Part],
-    broken: Sequence[LimitViolation],
-    met_without_limits: bool,
-) -> Reason:
-    if not missed:
-        return Reason.NONE
-    if beyond_reach(chain, goal):
-        return Reason.BEYOND_REACH
-    if met_without_limits and broken:
-        return Reason.JOINT_LIMIT
-    asked = len(goal.parts) + (2 if Part.POSITION in goal.parts else 0)
-    if Part.POSITION not in missed and len(chain) < asked and _all_axes_used(chain, joints):
-        return Reason.TOO_FEW_AXES
-    return Reason.NOT_FOUND
-
-
 def beyond_reach(chain: Chain, goal: Goal) -> bool:
     """Whether a goal is too far away for certain."""
     centre, radius = chain.reach_sphere
     return Part.POSITION in goal.parts and (
         distance(centre, position_of(goal.frame)) > radius * (1.0 + 1e-9)
     )
-
-
-def _all_axes_used(chain: Chain, joints: Sequence[float]) -> bool:
-    """Whether every joint can move the hand here: it is another axis that lacks, not room."""
-    return not _at_limit(chain, joints) and condition(chain, joints).smallest > FAR_FROM_SINGULAR
 
 
 def _at_limit(chain: Chain, joints: Sequence[float]) -> tuple[str, ...]:
@@ -261,9 +229,14 @@ class _Question:
         frame = chain.fk(joints)
         miss = self.miss(frame)
         broken = chain.violations(joints if unlimited is None else unlimited)
-        reason = _reason(chain, goal, joints, miss.parts, broken, unlimited is not None)
-        if reason is Reason.NOT_FOUND and certain:
-            reason = Reason.NO_POSTURE
+        if not miss.parts:
+            reason = Reason.NONE
+        elif beyond_reach(chain, goal):
+            reason = Reason.BEYOND_REACH
+        elif unlimited is not None and broken:
+            reason = Reason.JOINT_LIMIT
+        else:
+            reason = Reason.NO_POSTURE if certain else Reason.NOT_FOUND
         return Solution(
             joints,
             frame,

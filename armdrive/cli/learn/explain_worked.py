@@ -40,7 +40,6 @@ from kinematics.presets import ArmPreset, preset
 from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook.accuracy import (
     TipError,
-    explain_resolution,
     gearing_errors,
     length_errors,
     rounding_bound_mm,
@@ -389,8 +388,6 @@ def _efficiency_view(counted: Efficiency) -> dict[str, Any]:
 
 DEFAULT_ARM = "minimover5"
 DEFAULT_DEG = (0.0, 40.0, -60.0, -70.0, 0.0)
-# The resolution that the Mini-mover's papers state.
-STATED_MM = 0.28
 
 GROUPS = ("a motor step", "1 mm of a length", "0.1 degrees of a zero", "1 % of a gearing")
 
@@ -405,7 +402,6 @@ def _accuracy(words: Sequence[str]) -> Result:
     errors = _errors(model, transmission, joints)
     bound_mm = rounding_bound_mm(model.arm, transmission, joints)
     rms_mm = rounding_rms_mm(model.arm, transmission, joints)
-    sentences = explain_resolution(model.arm, transmission, STATED_MM)
     view = {
         "arm": model.key,
         "joints_deg": list(joints.deg.values()),
@@ -415,7 +411,6 @@ def _accuracy(words: Sequence[str]) -> Result:
         ],
         "rounding_rms_mm": rms_mm,
         "rounding_bound_mm": bound_mm,
-        "resolution": list(sentences),
     }
     lines = [f"{model.title} at {joints}"]
     for group in GROUPS:
@@ -425,7 +420,6 @@ def _accuracy(words: Sequence[str]) -> Result:
         ]
     rounding = f"{rms_mm:.3f} mm on average (RMS), {bound_mm:.3f} mm at most"
     lines += ["", f"rounding to whole steps: {rounding}"]
-    lines += ["", f"the stated resolution of {STATED_MM} mm", *(f"  {each}" for each in sentences)]
     return Result(view, lines)
 
 

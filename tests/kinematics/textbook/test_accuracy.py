@@ -10,7 +10,6 @@ from kinematics_cases import TEACHMOVER, distance_mm, postures
 
 from kinematics import Joints, preset
 from kinematics.textbook.accuracy import (
-    explain_resolution,
     gearing_errors,
     length_errors,
     rounding_bound_mm,
@@ -68,18 +67,6 @@ def test_rounding_to_whole_steps_stays_within_the_bound(joints):
     bound = rounding_bound_mm(TEACHMOVER, STEPS, joints)
     assert missed <= bound * 1.01
     assert 0.05 < rounding_rms_mm(TEACHMOVER, STEPS, joints) < bound < 0.8
-
-
-def test_the_resolution_is_explained_in_words():
-    said = explain_resolution(TEACHMOVER, STEPS, 0.28)
-    assert said[2] == (
-        "one step of elbow moves the tip by 0.269 mm (0.0106 in) anywhere: "
-        "to the thousandth of an inch this is the stated 0.28 mm"
-    )
-    assert said[0].endswith(
-        "depending on the posture: the stated 0.28 mm holds only somewhere between"
-    )
-    assert said[1] == "one step of shoulder moves the tip by 0.158 mm (0.0062 in) anywhere"
 
 
 def test_a_length_s_error_moves_the_tip_along_its_link():
