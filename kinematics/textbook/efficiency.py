@@ -16,7 +16,7 @@ import math
 import operator
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from functools import reduce
 from typing import Any
 
@@ -46,13 +46,6 @@ class Tally:
         """Sines, cosines and their inverses together."""
         return self.sines + self.arcs
 
-    def __str__(self) -> str:
-        return ", ".join(
-            f"{getattr(self, entry.name)} {entry.name}"
-            for entry in fields(self)
-            if getattr(self, entry.name)
-        )
-
 
 @dataclass(slots=True)
 class Ledger:
@@ -62,7 +55,9 @@ class Ledger:
 
     def number(self, value: float) -> Count:
         """Return a number that counts in this ledger."""
-        return Count(value, self)
+        made = Count(value)
+        made.ledger = self
+        return made
 
     def numbers(self, values: Any) -> Any:
         """Return nested tuples of numbers (what a frame or a link table is) as counting ones."""
@@ -76,12 +71,12 @@ class Ledger:
 
 
 def _operation(
-    kind: str, operate: Callable[[Any, Any], float], *, turned: bool = False
-) -> Callable[[Count, Any], Count]:
+    kind: str, operate: Callable[[float, float], float], *, turned: bool = False
+) -> Callable[[Count, float], Count]:
     """Return the method for a counted operation of two numbers; `turned` exchanges them."""
 
-    def method(self: Count, other: Any) -> Count:
-        pair = (plain(other), self.value) if turned else (self.value, plain(other))
+    def method(self: Count, other: float) -> Count:
+        pair = (float(other), float(self)) if turned else (float(self), float(other))
         return self.made(kind, operate(*pair))
 
     return method
@@ -89,30 +84,18 @@ def _operation(
 
 def _function(kind: str, evaluate: Callable[[float], float]) -> Callable[[Count], Count]:
     """Return the method for a function of one number that is counted."""
-    return lambda self: self.made(kind, evaluate(self.value))
+    return lambda self: self.made(kind, evaluate(float(self)))
 
 
-def _comparison(compare: Callable[[Any, Any], bool]) -> Callable[[Count, Any], bool]:
-    """Return the method for a comparison, which is not counted."""
-    return lambda self, other: compare(self.value, plain(other))
+class Count(float):
+    """A number that counts what is done with it in its ledger."""
 
-
-class Count:
-    """A number that counts; anything that would need it as a plain float fails loudly."""
-
-    __slots__ = ("ledger", "value")
-
-    def __init__(self, value: float, ledger: Ledger) -> None:
-        self.value = value
-        self.ledger = ledger
-
-    def __repr__(self) -> str:
-        return f"Count({self.value!r})"
+    ledger: Ledger
 
     def made(self, kind: str, value: float) -> Count:
         """Return the result of an operation, and count it."""
         self.ledger.counts[kind] += 1
-        return Count(value, self.ledger)
+        return self.ledger.number(value)
 
     __add__ = __radd__ = _operation("additions", operator.add)
     __sub__ = _operation("additions", operator.sub)
@@ -128,27 +111,10 @@ class Count:
     acos = _function("arcs", math.acos)
 
     def __neg__(self) -> Count:
-        return Count(-self.value, self.ledger)
+        return self.ledger.number(-float(self))
 
     def __abs__(self) -> Count:
-        return Count(abs(self.value), self.ledger)
-
-    def __eq__(self, other: object) -> bool:
-        return bool(self.value == plain(other))
-
-    __hash__ = None  # type: ignore[assignment] # equal to plain numbers, and not one of them
-    __lt__ = _comparison(operator.lt)
-    __le__ = _comparison(operator.le)
-    __gt__ = _comparison(operator.gt)
-    __ge__ = _comparison(operator.ge)
-
-    def __bool__(self) -> bool:
-        return self.value != 0.0
-
-
-def plain(number: Any) -> Any:
-    """Return the value of a counting number, and any other number as it is."""
-    return number.value if isinstance(number, Count) else number
+        return self.ledger.number(abs(float(self)))
 
 
 # The ways of computing an arm. Forward: the straight-line function generated from its table, and
@@ -238,7 +204,7 @@ def _product(left: Transform, right: Transform) -> Transform:
 
 
 def _values(matrix: Transform) -> tuple[tuple[Any, ...], ...]:
-    return tuple(tuple(plain(entry) for entry in row) for row in matrix)
+    return tuple(tuple(map(float, row)) for row in matrix)
 
 
 def _of_table(
