@@ -6,8 +6,7 @@ Which file decides what:
     assignment     from joint axes to link parameters
     urdf           from and to a URDF text
     arm            a chain as an arm that can be driven: which posture is chosen, how near
-    structure      which closed form a chain has; `branches` finds its postures, and
-                   `closed_form` checks them
+    branches       which closed form a chain has, and its postures; `closed_form` checks them
     inverse        the numerical solution: how often it starts, and the remaining error
     descent        one descent: its damping, and when it gives up
     goals          which parts of a hand's frame matter

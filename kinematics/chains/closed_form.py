@@ -1,8 +1,8 @@
 """An arm's postures for a frame in closed form: all branches, within limits, each of them checked.
 
-`structure` says of what class an arm is and `branches` finds its postures; here they are put on the
-turns that the limits allow, and compared with the goal by forward kinematics. Whatever is returned
-meets the goal. Lengths in mm, angles in rad.
+`branches` says of what class an arm is and finds its postures; here they are put on the turns that
+the limits allow, and compared with the goal by forward kinematics. Whatever is returned meets the
+goal. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -13,12 +13,11 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
-from kinematics.chains.branches import BranchFinder, Posture
+from kinematics.chains.branches import BranchFinder, Family, Posture, family_of
 from kinematics.chains.chain import Chain
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.generated import generated
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, turned_to
-from kinematics.chains.structure import Family, family_of
 from kinematics.frames.transforms import Transform
 from kinematics.limits import SAME_POSTURE_RAD, all_fitted
 
