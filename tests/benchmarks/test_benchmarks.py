@@ -45,31 +45,6 @@ def test_sections_are_printed_for_people_and_for_programs(capsys):
     assert {"what", "value", "unit", "p99", "times"} == section["rows"][0].keys()
 
 
-def test_an_unknown_section_is_a_usage_error(capsys):
-    with pytest.raises(SystemExit):
-        programs.main(["cals"])
-    assert "no section is called cals" in capsys.readouterr().err
-
-
-def test_a_run_keeps_to_a_home_of_its_own(monkeypatch):
-    from armdrive.storage import files as places
-
-    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
-    before = places.states()
-    with measuring.own_home() as home:
-        assert home in places.states().parents
-    assert places.states() == before
-
-
-def test_cases_take_turns():
-    called: list[str] = []
-    taken = measuring.interleaved(
-        {name: lambda name=name: called.append(name) for name in "ab"}, rounds=3
-    )
-    assert "".join(called) == "ab" * 4  # one round warms up
-    assert [len(seconds) for seconds in taken.values()] == [3, 3]
-
-
 # Each part of the benchmark of programs runs, with counts too small to measure anything.
 
 

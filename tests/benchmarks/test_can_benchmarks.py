@@ -11,14 +11,11 @@ import can_silence
 import can_strategies
 import can_streaming
 import pytest
-import stop_latency
 from amounts import THOROUGH
 
 from firmware_protocol.canopen import Command, Controlword, OperationMode
 from firmware_protocol.canopen import Host as CanopenHost
-from firmware_protocol.frames import Frame, pack
-from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop
-from firmware_protocol.mks.answers import encode
+from firmware_protocol.frames import pack
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
@@ -51,31 +48,6 @@ def test_coordinated_drives_keep_their_path_and_others_leave_it(
     assert 0.0 < steered[beside]["worst"] < steered[beside]["bound"]
     _, alone = run(capsys, can_coordination, plain, "--times", "1")
     assert alone[beside]["worst"] > 10.0 * steered[beside]["worst"]
-
-
-def test_stops_of_drives_are_recognised_on_the_bus():
-    for stop in (Stop(Code.ABSOLUTE_AXIS, 252), EmergencyStop()):
-        assert stop_latency.STOPS["mks"](pack(encode(3, stop)))
-    assert not stop_latency.STOPS["mks"](pack(encode(3, MoveAbsoluteAxis(5, 60, 252))))
-    assert not stop_latency.STOPS["mks"](pack(Frame(3, b"\xff")))
-
-
-def test_a_quick_stop_is_recognised_on_the_bus():
-    is_stop, bus = stop_latency.STOPS["cia402"], CanopenHost(range(1, 7))
-    mode = OperationMode.CYCLIC_POSITION
-    says = {each: bus.command(3, Controlword.of(each), mode, 5) for each in Command}
-    assert [each for each in Command if is_stop(says[each])] == [Command.QUICK_STOP]
-    assert not is_stop(bus.sync())
-
-
-def test_rounds_of_orders_begin_where_the_ids_do():
-    wire = can_rounds.Wire(can_rounds.MksRounds())
-    order = MoveAbsoluteAxis(5, 60, 252)
-    for time_s, node in ((0.0, 1), (0.001, 2), (0.002, 6), (0.04, 2), (0.041, 6), (0.08, 1)):
-        wire.sent(pack(encode(node, order)), time_s)
-    wire.sent(pack(encode(1, Stop(Code.SPEED_MODE, 0))), 0.1)
-    assert wire.rounds().periods_s() == pytest.approx([0.04, 0.04])
-    assert wire.frames == 7
 
 
 def test_rounds_of_targets_begin_with_sync_and_drives_are_held_to_the_one_before():

@@ -12,13 +12,10 @@ import feel
 import feel_keys
 import feel_ways
 import releasing
-import stop_latency
 import straightness
 import wire_use
 from hypothesis import given
 from hypothesis import strategies as st
-
-from firmware_protocol.robko01 import Host, Ping, Stop
 
 
 def run(capsys, program, *words):
@@ -68,12 +65,6 @@ class TestKeyboard:
         gaps = [after - before for before, after in itertools.pairwise(arrivals)]
         assert max(gaps) > 0.5
         assert sum(gap < 0.001 for gap in gaps) >= 4
-
-
-def test_stops_are_recognised_on_the_wire():
-    assert stop_latency.STOPS["robko01"](Host().send(Stop()))
-    assert not stop_latency.STOPS["robko01"](Host().send(Ping(b"ab")))
-    assert stop_latency.STOPS["grbl"](b"!?")
 
 
 def test_lines_are_held_against_what_is_promised(capsys, monkeypatch):

@@ -341,14 +341,6 @@ def test_a_joint_of_any_unit_is_the_same_joint():
     assert turned["base_deg"] == turned.base_deg == pytest.approx(3.0)
 
 
-def test_coordinates_of_a_pose_are_replaced_by_their_names():
-    assert A_POSE.replace(z_mm=80, pitch_deg=-60) == Pose.of(
-        x_mm=250, y_mm=0, z_mm=80, pitch_deg=-60
-    )
-    assert A_POSE.replace(yaw_deg=30).yaw_rad == math.radians(30)
-    assert A_POSE.replace() == A_POSE
-
-
 @every_row(
     "word, said",
     [

@@ -4,16 +4,13 @@ import dataclasses
 import math
 
 import pytest
-from chain_cases import gap
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import (
     MINI,
     PUMA,
     START,
     TABLE,
-    deviation_mm,
-    distance_mm,
     same_pose,
 )
 from named_arms import calibrated
@@ -22,19 +19,12 @@ from kinematics import (
     Joints,
     Pose,
     first_violation,
-    line_path,
     nearest_allowed,
     preset,
 )
 from kinematics.chains.arm import ChainArm
-from kinematics.chains.goals import HandTask, goal_of, pose_of
-from kinematics.five_axis.tool_arm import Tool, holding
-from kinematics.frames.rotations import multiply, transpose
-from kinematics.frames.transforms import rotation_of
-from kinematics.paths.curves import straight_line
 
 FIVE = preset("minimover5").arm
-STEPS = st.tuples(*[st.floats(-2.0, 2.0)] * 3)
 MEASURED = ChainArm(calibrated(MINI.chain, 1e-4))
 """No closed form of an arm as it was measured is exact, so that a small step is a descent."""
 EITHER = pytest.mark.parametrize("arm", [MINI, MEASURED], ids=["closed form", "descent"])
@@ -67,51 +57,6 @@ def test_a_mini_mover_by_its_link_table_is_the_five_axis_arm(joints):
     )
     for a, b in zip(TABLE.violations(MINI, joints), TABLE.violations(FIVE, joints), strict=True):
         assert math.isclose(a.value, b.value, abs_tol=1e-9)
-
-
-@given(postures(MINI))
-def test_a_tool_in_the_hand_of_a_link_table_is_where_the_five_axis_arms_is(joints):
-    """A tool that the roll swings out of the arm's plane leaves pitches up to 90 degrees."""
-    for tool in (Tool(along_mm=60.0), Tool(along_mm=60.0, up_mm=12.0, side_mm=-7.0)):
-        ours, theirs = holding(MINI, tool), holding(FIVE, tool)
-        pose = theirs.fk(joints)
-        assume(math.hypot(pose.x_mm, pose.y_mm) > 0.1)
-        if not tool.up_mm or abs(pose.pitch_rad) < math.pi / 2.0 - 0.01:
-            assert same_pose(ours.fk(joints), pose, mm=1e-9, rad=1e-9)
-        assert distance_mm(ours.fk(joints), pose) < 1e-9
-        found = ours.ik(ours.fk(joints), joints)
-        assert distance_mm(theirs.fk(found), pose) < 1e-3
-
-
-@given(postures(PUMA))
-def test_a_pose_and_its_frame_are_one(joints):
-    frame = PUMA.chain.fk(joints.angles_rad)
-    pose = pose_of(frame, HandTask.WHOLE, (0.0, 0.0, 660.0))
-    again = goal_of(pose, HandTask.WHOLE, (0.0, 0.0, 660.0)).frame
-    assert gap(again, frame) < 1e-9
-
-
-def test_a_straight_line_of_six_joints_stays_straight_and_turns_the_hand_evenly():
-    here = PUMA.fk(START)
-    goal = dataclasses.replace(moved(here, (-80.0, 150.0, 0.0)), yaw_rad=here.yaw_rad + 0.6)
-    way = line_path(PUMA, START, goal)
-    assert deviation_mm(PUMA, way, goal) <= 0.5
-    assert way[0] == START
-    line = straight_line(PUMA, START, goal)
-    end = line.pose(1.0)
-    assert end.position_mm == goal.position_mm
-    angles = (end.pitch_rad, end.roll_rad, end.yaw_rad)
-    assert angles == pytest.approx((goal.pitch_rad, goal.roll_rad, goal.yaw_rad), abs=1e-12)
-    half = PUMA.goal(line.pose(0.5)).frame
-    turns = [
-        multiply(transpose(rotation_of(a)), rotation_of(b))
-        for a, b in (
-            (PUMA.chain.fk(START.angles_rad), half),
-            (half, PUMA.goal(goal).frame),
-        )
-    ]
-    for first, second in zip(*turns, strict=True):
-        assert first == pytest.approx(second, abs=1e-9)
 
 
 def test_the_table_is_kept_by_every_point_and_left_upwards():

@@ -9,8 +9,6 @@ import pytest
 from amounts import every_row
 from chain_cases import (
     ALPHA_II,
-    MINI_MOVER,
-    PUMA,
     QUARTER,
     angles,
     chains,
@@ -126,15 +124,6 @@ def test_no_posture_leaves_the_longest_reach_and_the_sphere_of_reach(case):
     assert distance(tip, centre) <= radius + 1e-9
 
 
-def test_limits_name_the_joint_and_its_bound():
-    values = (0.0, 0.0, 0.5, 0.0, 0.0)
-    (broken,) = MINI_MOVER.violations(values)
-    assert (broken.joint, broken.value, broken.bound, broken.unit) == ("elbow", 0.5, 0.0, "rad")
-    assert broken.excess == 0.5
-    assert MINI_MOVER.clamp(values) == MINI_MOVER.zero
-    assert not MINI_MOVER.violations(MINI_MOVER.zero)
-
-
 def test_the_table_as_text():
     assert table_text(ALPHA_II).splitlines() == [
         "Alpha II: standard convention, mm and degrees, * varies",
@@ -156,13 +145,6 @@ def test_the_generated_transform_is_the_product_of_the_matrices(case):
     assert gap(generated(chain).fk(values), chain.fk(values)) < 1e-9
 
 
-@given(chains_and_values(most=6))
-def test_both_at_once_are_the_same_as_each(case):
-    chain, values = case
-    made = generated(chain)
-    assert made.fk_and_jacobian(values) == (made.fk(values), made.jacobian(values))
-
-
 @given(chains())
 def test_the_source_is_straight_line_arithmetic(chain):
     allowed = (
@@ -174,41 +156,6 @@ def test_the_source_is_straight_line_arithmetic(chain):
     assert all(isinstance(node, allowed) for node in ast.walk(tree))
     called = {node.func.id for node in ast.walk(tree) if isinstance(node, ast.Call)}
     assert called <= {"sin", "cos"}
-
-
-def operations(chain):
-    """Multiplications, additions, and calls of sine and cosine in the generated transform."""
-    function = ast.parse(generated(chain).source).body[0]
-    nodes = list(ast.walk(function))
-    binary = [node.op for node in nodes if isinstance(node, ast.BinOp)]
-    calls = sum(isinstance(node, ast.Call) for node in nodes)
-    products = sum(isinstance(op, ast.Mult) for op in binary)
-    return products, len(binary) - products, calls
-
-
-def test_parallel_joints_are_one_sum_of_angles():
-    assert operations(MINI_MOVER)[2] == 10  # two a joint: none is called for twice
-    assert "cos(v4)" in generated(MINI_MOVER).source
-    assert operations(MINI_MOVER)[0] < 30  # products of 4x4 matrices take 286
-    assert operations(PUMA)[0] < 60
-
-
-def test_a_chain_is_generated_once():
-    assert generated(PUMA) is generated(Chain(PUMA.links, name="Puma 560"))
-
-
-class Symbol(float):
-    """A number that brings its own functions."""
-
-    def sin(self):
-        return self
-
-    cos = sin
-
-
-def test_only_plain_numbers_are_generated():
-    with pytest.raises(KinematicsError, match=r"plain numbers; use Chain\.fk"):
-        generated(Chain((DHLink(a_mm=Symbol(3.0)),)))
 
 
 # Places that chains reach, from some thousand postures and from a million.
@@ -227,13 +174,6 @@ def sampled(chain, count):
     """The tips of the spread postures, one by one."""
     fk = generated(chain).fk
     return np.array([position_of(fk(posture)) for posture in spread(chain, count)])
-
-
-def test_samples_are_spread_evenly():
-    chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
-    heights = sorted(sampled(chain, 1000)[4:, 2])
-    for share in (0.1, 0.5, 0.9):
-        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
 
 
 def test_a_reach_without_end_is_refused():

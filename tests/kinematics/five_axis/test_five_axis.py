@@ -9,14 +9,12 @@ from amounts import every_row
 from hypothesis import example, given
 from hypothesis import strategies as st
 from kinematics_cases import (
-    ARMS,
     HALF_TURNS,
     TEACHMOVER,
     UNEVEN,
     any_arm,
     distance_mm,
     goals,
-    postures,
     same_pose,
     turn_between,
 )
@@ -42,16 +40,6 @@ FREE = FiveAxisArm(150.0, 120.0, 120.0, 80.0, (JointRange.of(-400, 400),) * 5)
 
 arms = st.sampled_from((TEACHMOVER, UNEVEN, FREE, HALF_TURNS))
 seeds = st.tuples(*[st.floats(-4.0, 4.0)] * 5)
-
-
-def test_elbow_up_and_base_front_mean_what_they_say():
-    branches = UNEVEN.branches(Pose(200, 0, 150, 0))
-    heights = {b.name: UNEVEN.points(b.joints)[2][2] for b in branches}
-    assert heights["base front, elbow up"] > heights["base front, elbow down"]
-    assert heights["base front, elbow up"] == pytest.approx(heights["base back, elbow up"])
-    for branch in branches:
-        faces = 0.0 if "front" in branch.name else math.pi
-        assert abs(branch.joints["base"]) == pytest.approx(faces)
 
 
 @every_row("turns", [-1, 1])
@@ -189,32 +177,6 @@ def test_a_pitch_that_no_posture_holds_becomes_the_nearest_that_one_does():
     assert below.pose.pitch_deg == pytest.approx(-30, abs=1e-6)
 
 
-def test_a_roll_out_of_range_becomes_the_nearest_in_range():
-    goal = Pose.of(x_mm=250, y_mm=0, z_mm=100, pitch_deg=0, roll_deg=175)
-    behind_is_shut = FiveAxisArm(
-        *UNEVEN.lengths,
-        (
-            JointRange.of(-60, 60),
-            JointRange.of(-35, 90),
-            *UNEVEN.limits[2:4],
-            JointRange.of(-100, 70),
-        ),
-    )
-    found = nearest(behind_is_shut, goal)
-    assert found.pose.pitch_rad == goal.pitch_rad
-    assert found.joints.deg["wrist_roll"] in (pytest.approx(-100), pytest.approx(-5))
-    assert not behind_is_shut.violations(found.joints)
-
-
-@every_row("arm", ARMS)
-@every_row("z_mm", [-200.0, 0.0, 150.0, 400.0, 700.0])
-def test_goals_on_the_base_axis_have_a_nearest_pose(arm, z_mm):
-    seed = Joints.of(30, 60, -60, 0, 0)
-    found = nearest(arm, Pose.of(x_mm=0, y_mm=0, z_mm=z_mm, pitch_deg=-45), seed)
-    solved = arm.ik(found.pose, seed)
-    assert same_pose(arm.fk(solved), found.pose, mm=1e-4)
-
-
 def facing_forward(elbow):
     """The TeachMover's links, a base of a third of a turn, and a roll that keeps it in front."""
     full = JointRange.of(-180, 180)
@@ -311,10 +273,6 @@ def test_what_a_posture_holds_is_met_and_what_is_offered_holds(arm, kind):
 
 # A tool in the fingers: its point is where it is said to be, and the inverse finds it again.
 
-LENGTHS = st.floats(-80.0, 80.0)
-TOOLS = st.builds(Tool, along_mm=st.floats(0.0, 120.0), up_mm=LENGTHS, side_mm=LENGTHS)
-POSTURES = postures(BARE)
-
 
 def test_up_is_up_and_side_is_to_the_right_of_a_level_hand() -> None:
     level = BARE.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=0))
@@ -332,24 +290,6 @@ def test_a_point_nearer_to_the_axis_than_the_tool_is_refused_with_one_in_reach()
         near = near or refusal.value.nearest
         assert same_pose(refusal.value.nearest, near)
         assert same_pose(arm.fk(arm.ik(near)), near, mm=1e-3)
-
-
-@given(TOOLS, st.floats(0.0, 700.0), st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0))
-@example(Tool(side_mm=1.0), 0.0, 0.0, 0.0)
-@example(Tool(up_mm=-21.0, side_mm=1.0), 145.0, 0.0, 0.0)
-@example(Tool(), 0.0, 2.0, 0.0)
-def test_over_the_base_axis_a_pose_is_held_or_refused(
-    tool: Tool, z_mm: float, pitch: float, roll: float
-) -> None:
-    arm = ToolArm(BARE, tool)
-    across = abs(tool.up_mm * math.sin(roll) + tool.side_mm * math.cos(roll))
-    pose = Pose(across, 0.0, z_mm, pitch, roll)
-    try:
-        joints = arm.ik(pose)
-    except Unreachable as refusal:
-        arm.ik(refusal.nearest)
-    else:
-        assert math.dist(arm.points(joints)[-1], (across, 0.0, z_mm)) < 1e-3
 
 
 @every_row("turned_deg", [-90, -30, 0, 60])

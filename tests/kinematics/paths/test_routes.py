@@ -13,23 +13,19 @@ from kinematics_cases import START as PUMA_START
 
 from kinematics import (
     ArcPart,
-    Guards,
     JointPart,
-    JointPath,
     Joints,
-    KinematicsError,
     LinePart,
     NoArc,
     PathBroken,
     Pose,
     PosePart,
     Route,
-    first_violation,
     line_path,
     route_sections,
 )
 from kinematics.frames.vectors import cross, dot, subtract, unit
-from kinematics.paths.chords import TINY_RAD, corners, cut, posture_at
+from kinematics.paths.chords import TINY_RAD, cut, posture_at
 from kinematics.paths.curves import round_through
 from kinematics.paths.routes import blend, lay
 
@@ -89,27 +85,7 @@ def sharpest_deg(corners):
     )
 
 
-def reached(arm, start, goals):
-    """The postures of straight lines from goal to goal, or None where one cannot be followed."""
-    found = [start]
-    for goal in goals:
-        try:
-            found.append(line_path(arm, found[-1], goal)[-1])
-        except KinematicsError:
-            return None
-    return found
-
-
 # Joint motions, straight lines, and guards along them.
-
-
-def test_a_joint_path_turns_every_joint_in_proportion_and_ends_exactly():
-    start, goal = Joints.of(0, 10, -20, 30, 40), Joints.of(90, 20, -40, 0, 40)
-    path = JointPath(start, goal)
-    assert path.at(0.0) == start
-    assert path.at(1.0) == goal
-    assert tuple(path.at(0.25).deg.values()) == pytest.approx((22.5, 12.5, -25, 22.5, 40))
-    assert path.changes_rad[0] == pytest.approx(math.pi / 2)
 
 
 def test_pitch_and_roll_change_in_proportion_to_the_way():
@@ -121,16 +97,6 @@ def test_pitch_and_roll_change_in_proportion_to_the_way():
         share = (here.x_mm - origin.x_mm) / (goal.x_mm - origin.x_mm)
         assert here.pitch_deg == pytest.approx(-90 + 90 * share, abs=1e-6)
         assert here.roll_deg == pytest.approx(170 * share, abs=1e-6)
-
-
-def test_roll_takes_the_shorter_way_unless_the_range_forbids_it():
-    start = UNEVEN.ik(pose(200, 0, 150, 0, 150))
-    start = start.replace(wrist_roll=math.radians(150))
-    goal = pose(200, 50, 150, 0, -150)
-    assert line_path(UNEVEN, start, goal)[-1].deg["wrist_roll"] == pytest.approx(-150)
-    free = START.replace(wrist_roll=math.radians(150))
-    goal = pose(250, 0, 120, -90, -150)
-    assert line_path(TEACHMOVER, free, goal)[-1].deg["wrist_roll"] == pytest.approx(210)
 
 
 @every_row(
@@ -217,19 +183,6 @@ def test_a_joint_that_starts_beyond_its_limit_may_only_come_back():
     assert line_path(TEACHMOVER, start, turned(70))[-1].deg["base"] == pytest.approx(70)
     with pytest.raises(PathBroken, match=r"base would pass its limit of 90\.5"):
         line_path(TEACHMOVER, start, turned(92))
-
-
-def test_a_path_through_the_body_is_found_though_its_ends_are_free():
-    arm, guards = UNEVEN, Guards(outer_radius_mm=None)
-    start, goal = (Joints.of(base, 40, -60, 0, 0) for base in (-10, 10))
-    folded = Joints.of(0, 120, -149, -90, 0)
-    assert guards.violation(arm, folded) is not None
-    assert first_violation(arm, guards, (start, goal)) is None
-    fraction, violation = first_violation(arm, guards, (start, folded, goal))
-    assert 0.0 < fraction < 1.0
-    assert violation.guard == "inner radius"
-    assert violation.excess_mm <= 2.0
-    assert first_violation(arm, guards, (folded, goal))[0] < 0.01  # it first leads further in
 
 
 # Circular arcs through three points: where they lead, how exactly, and what is refused.
@@ -453,16 +406,6 @@ def test_a_blend_of_lines_is_begun_at_its_radius_or_half_way(first, via, goal, r
         assert math.dist(tip(TEACHMOVER, at(chord.start, chord.end, share)), ideal) <= 0.5
 
 
-def test_a_joint_blend_keeps_every_joint_within_its_range():
-    high = TEACHMOVER.limits[2].high_rad
-    start, via = Joints.of(0, 60, -40, -60, 0), Joints.of(20, 40, math.degrees(high), -60, 0)
-    line = LinePart(TEACHMOVER.fk(Joints.of(40, 45, -30, -50, 0)))
-    before, behind = laid(start, JointPart(via), line)
-    found = blend(TEACHMOVER, before, behind, 50.0)
-    for joints in corners(cut(TEACHMOVER, found.curve, posture_at(before, found.leave), 0.5)):
-        assert not TEACHMOVER.violations(joints)
-
-
 def test_a_blend_that_would_break_names_the_part_before_it():
     """Both lines pass the arm's foot at a distance that it reaches; the blend would not."""
     start = UNEVEN.ik(pose(-35, -236, 50))
@@ -486,20 +429,6 @@ BLENDS = st.sampled_from((0.0, 5.0, 30.0, 1000.0))
 
 def sections(start, *parts, arm=TEACHMOVER, tolerance_mm=0.5):
     return route_sections(arm, Route(start, parts), tolerance_mm)
-
-
-@given(poses, poses)
-def test_a_route_of_one_line_is_that_line(first, goal):
-    start = TEACHMOVER.solve(first)
-    assume(start is not None)
-    try:
-        expected = line_path(TEACHMOVER, start, goal)
-    except PathBroken:
-        return
-    (section,) = sections(start, LinePart(goal, blend_mm=10.0))
-    assert section.corners == expected
-    assert section.parts == (1,)
-    assert section.blends_mm == (0.0,)
 
 
 def test_without_blends_every_part_is_a_section_that_ends_exactly():
@@ -573,17 +502,6 @@ def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
     assert broken.value.part == 2
     assert broken.value.shape == "joint motion"
     assert TEACHMOVER.ik(broken.value.__cause__.nearest, START)
-
-
-def test_lines_of_one_route_are_in_one_posture():
-    start, other = Joints.of(0, 50, -60, -20, 0), Joints.of(20, 10, 60, -90, 0)
-    begin = UNEVEN.fk(start)
-    goal = dataclasses.replace(begin, y_mm=30.0)
-    words = r"part 3 of the route breaks at 0% .*\(base front, elbow down\) than in part 1"
-    with pytest.raises(PathBroken, match=words) as broken:
-        sections(start, LinePart(goal), JointPart(other), LinePart(begin), arm=UNEVEN)
-    assert broken.value.part == 3
-    assert same_pose(broken.value.point, UNEVEN.fk(other))
 
 
 @settings(max_examples=amount(3, 30))

@@ -15,7 +15,6 @@ from kinematics.textbook.accuracy import (
     rounding_bound_mm,
     rounding_rms_mm,
     step_errors,
-    zero_errors,
 )
 from kinematics.textbook.efficiency import (
     Ledger,
@@ -48,17 +47,6 @@ def test_one_step_turns_one_link_and_carries_the_rest_along(joints):
     assert "gripper" not in found
 
 
-def test_the_step_of_a_motor_is_what_the_driver_s_own_arithmetic_gives():
-    motors = STEPS.to_motors(REACHING)
-    exactly, _ = STEPS.to_joints(motors)
-    for index, error in enumerate(step_errors(TEACHMOVER, STEPS, exactly)):
-        stepped = list(motors)
-        stepped[index] += 1
-        there, _ = STEPS.to_joints(stepped)
-        moved = distance_mm(TEACHMOVER.fk(there), TEACHMOVER.fk(exactly))
-        assert error.distance_mm == pytest.approx(moved, rel=1e-9)
-
-
 @given(postures(TEACHMOVER))
 def test_rounding_to_whole_steps_stays_within_the_bound(joints):
     rounded, _ = STEPS.to_joints(STEPS.to_motors(joints))
@@ -76,17 +64,6 @@ def test_a_length_s_error_moves_the_tip_along_its_link():
     assert found["base_height_mm"].offset_mm == pytest.approx((0.0, 0.0, 0.5))
     out = math.cos(math.radians(50)) * 0.5
     assert math.hypot(*found["upper_arm_mm"].offset_mm[:2]) == pytest.approx(out)
-
-
-def test_a_joint_s_zero_turns_the_arm_about_that_joint():
-    found = by_cause(zero_errors(TEACHMOVER, REACHING, 0.01))
-    tip = TEACHMOVER.points(REACHING)[4]
-    for name, joint in (("shoulder", 1), ("elbow", 2), ("wrist_pitch", 3)):
-        lever = math.dist(tip, TEACHMOVER.points(REACHING)[joint])
-        assert found[name].distance_mm == pytest.approx(2 * lever * math.sin(0.005))
-        assert found[name].pitch_rad == pytest.approx(0.01)
-    assert found["wrist_roll"].distance_mm == pytest.approx(0.0, abs=1e-9)
-    assert found["wrist_roll"].roll_rad == pytest.approx(0.01)
 
 
 def test_a_wrong_gearing_shows_the_more_the_farther_from_the_reference():

@@ -11,11 +11,10 @@ from armdrive.config.link_model import read_model
 from kinematics.chains.chain import Chain
 from kinematics.chains.jacobians import condition_of
 from kinematics.chains.links import DHLink, JointKind
-from kinematics.frames.rotations import determinant, multiply, transpose
+from kinematics.frames.rotations import multiply, transpose
 from kinematics.frames.transforms import compose, position_of, rotation_of
 from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import (
-    chain_rows,
     example_posture,
     named_singularities,
     own_jacobian,
@@ -96,19 +95,6 @@ def test_a_step_along_each_axis_of_the_hand_goes_that_far_and_nowhere_else(name,
             assert after.branches[after.here].name == before.branches[before.here].name
 
 
-def test_a_table_with_a_closed_form_has_all_its_solutions():
-    table = subject_of_chain("six", "Six joints", "", SYSTEMS["puma"].chain())
-    values = example_posture(table.chain)
-    found = study(table, values)
-    assert [branch.name for branch in found.branches] == [f"solution {n}" for n in range(1, 9)]
-    assert found.branches[found.here].joints == pytest.approx(values)
-    for branch in found.branches:
-        assert gap(table.chain.fk(branch.joints), found.frame) < 1e-5
-        assert branch.violations == table.chain.violations(branch.joints)
-    without = study(SCARA, example_posture(SCARA.chain))
-    assert (without.branches, without.here) == ((), None)
-
-
 BENT = tuple(map(math.radians, (0, 40, -60, -89, 0)))
 NOT_MADE = {
     # the subject and its posture, the step, and what is said
@@ -182,28 +168,6 @@ def test_the_jacobian_is_what_a_small_move_of_each_joint_does(name):
         assert column == pytest.approx(done, abs=2e-6 * max(1.0, *map(abs, done)))
 
 
-@every_row(
-    "name, values, product",
-    [
-        ("two-link-1", (30, 40), lambda q: 200 * 150 * math.sin(q[1])),
-        ("three-link", (10, 20, 30), lambda q: 200 * 150 * math.sin(q[1])),
-        ("two-link-4", (100, 30), lambda q: 150 * math.sin(q[1])),
-    ],
-)
-def test_the_determinant_is_the_textbooks(name, values, product):
-    system = SYSTEMS[name]
-    joints = tuple(
-        math.radians(one) if kind.unit == "rad" else float(one)
-        for one, kind in zip(values, system.chain().kinds, strict=True)
-    )
-    rows = own_jacobian(system, joints)
-    (a, b), (c, d) = rows[0][:2], rows[1][:2]
-    size = determinant(rows) if len(rows) == 3 else a * d - b * c
-    lengths = system.lengths()
-    assert set(lengths.values()) <= {200.0, 150.0, 80.0}
-    assert abs(size) == pytest.approx(abs(product(joints)))
-
-
 AT = {
     "two-link-1": [(0.3, 0.0), (0.3, math.pi)],
     "two-link-2": [(0.3, math.pi / 2)],
@@ -235,9 +199,3 @@ def test_where_a_named_singularity_is_the_jacobian_loses_a_rank(name, index):
     away = lost.distance_mm if lost.distance_rad is None else lost.distance_rad
     assert away == pytest.approx(0.0, abs=1e-9)
     assert condition_at(system, values).smallest < 1e-7
-
-
-def test_a_planar_table_is_judged_in_its_plane():
-    planar = Chain(tuple(DHLink(a_mm=a) for a in (200.0, 150.0, 80.0)))
-    assert chain_rows(planar) == (0, 1)
-    assert chain_rows(SCARA.chain) == (0, 1, 2, 5)

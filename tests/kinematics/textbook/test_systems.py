@@ -10,12 +10,11 @@ from kinematics_cases import Dual
 from systems_cases import gap, postures, same_goal, same_joints
 
 from kinematics import Joints, Pose, preset
-from kinematics.chains.closed_form import closed_form
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, OutOfReach, UnknownSystem
 from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames.orientations import RPY
-from kinematics.frames.transforms import position_of, rotation_of, transform
+from kinematics.frames.transforms import position_of, rotation_of
 from kinematics.textbook.systems import (
     ALPHA_2,
     CYLINDRICAL,
@@ -165,17 +164,6 @@ def test_a_figure_with_the_lengths(one):
     assert max(map(len, figure.splitlines())) <= 79
 
 
-@EACH
-def test_the_derivation_tells_forward_and_inverse(one):
-    derivation = one.notes.derivation
-    assert len(derivation) >= 2
-    assert all(step.title and step.formula for step in derivation)
-    text = " ".join(step.formula for step in derivation)
-    assert any(name in text for name in (one.joint_names[0], "theta1", "d1"))
-    assert one.notes.source
-    assert one.name in SYSTEMS
-
-
 def test_a_system_is_found_by_its_name_or_a_likely_one_is_suggested():
     assert system("puma") is SYSTEMS["puma"]
     with pytest.raises(UnknownSystem, match="did you mean 'spherical'"):
@@ -289,19 +277,6 @@ def test_the_workspace_is_told_with_its_measures(name, told):
     assert one.space(one) == told
 
 
-def test_the_three_link_arm_turns_its_hand_where_it_is_told():
-    one = THREE_LINK.sized(200.0, 150.0, 80.0)
-    up, down = one.ik((150.0, 280.0, math.pi / 2.0))  # third joint at (150, 200)
-    for branch in (up, down):
-        first, second, third = branch.joints
-        assert first + second + third == pytest.approx(math.pi / 2.0)
-    # The line to the third joint, 250 long, and the links 200 and 150 make a right angle.
-    assert down.joints[1] == pytest.approx(math.pi / 2.0)
-    assert down.joints[0] == pytest.approx(math.atan2(200.0, 150.0) - math.atan2(150.0, 200.0))
-    assert up.joints[1] == pytest.approx(-math.pi / 2.0)
-    assert up.joints[0] == pytest.approx(math.atan2(200.0, 150.0) + math.atan2(150.0, 200.0))
-
-
 # The transporters against their equations, with all solutions, and the five-axis arms.
 
 angles = st.floats(-math.pi, math.pi)
@@ -329,21 +304,6 @@ def test_equation_2_35_of_the_revolute_transporter(first, second, third):
     up = 200.0 + math.cos(second) * 180.0 + math.cos(second + third) * 140.0
     expected = (math.sin(first) * lean, -math.cos(first) * lean, up)
     assert gap(position_of(one.fk((first, second, third))), expected) < 1e-9
-
-
-def test_the_sphere_has_four_solutions_and_a_slide_that_cannot_retract_has_two():
-    found = system("spherical").ik((100.0, 0.0, 100.0))
-    right, reach = math.pi / 4.0, math.hypot(100.0, 100.0)
-    expected = {
-        "reaching forward": (0.0, right, reach),
-        "reaching forward, over the top": (math.pi, math.pi - right, reach),
-        "reaching backward": (math.pi, -right, -reach),
-        "reaching backward, over the top": (0.0, right - math.pi, -reach),
-    }
-    assert [branch.name for branch in found] == list(expected)
-    for branch in found:
-        assert same_joints(system("spherical"), branch.joints, expected[branch.name])
-    assert [b.within_limits for b in found] == [True, True, False, False]
 
 
 def test_the_alpha_ii_stands_straight_on_in_its_home_position():
@@ -399,18 +359,6 @@ def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean
 HALF = math.pi / 2.0
 SIMPLE = PUMA
 _, _, _, UPPER, _, FORE, _ = SIMPLE.sizes
-BOUNDLESS = ((-360.0, 360.0),) * 6
-ARMS = (
-    SIMPLE,
-    PUMA.sized(660.0, 0.0, 149.09, 431.8, -20.32, 433.07, 56.25),
-    PUMA.sized(400.0, 150.0, 0.0, 300.0, 30.0, 320.0, 80.0, ranges=BOUNDLESS),
-    PUMA.sized(0.0, -60.0, -90.0, 250.0, 0.0, 250.0, 0.0, ranges=BOUNDLESS),
-)
-
-
-def inverse(frame, arm, near=(0.0,) * 6):
-    """Every posture that the closed form finds, before it is checked."""
-    return list(closed_form(arm.chain()).finder.postures(frame, near))
 
 
 def solved(arm, frame, seed=None):
@@ -427,18 +375,6 @@ def test_the_textbook_posture_of_fu_gonzalez_and_lee():
     )
     assert gap(PUMA.sized(a3=-20.32).fk(posture), printed) < 1e-9
     assert gap(position_of(SIMPLE.fk(posture)), (-149.09, 921.12, 0.0)) < 1e-9
-
-
-def test_eight_branches_are_eight_postures_with_names():
-    frame = SIMPLE.fk((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
-    found = solved(SIMPLE, frame)
-    assert [branch.name for branch in found] == list(SIMPLE.signs)
-    assert len({tuple(round(v, 6) for v in branch.joints) for branch in found}) == 8
-    assert max(gap(SIMPLE.fk(branch.joints), frame) for branch in found) < 1e-9
-    again = pytest.approx((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
-    assert [branch.name for branch in found if branch.joints == again] == [
-        "base front, elbow down, wrist plain"
-    ]
 
 
 @given(postures(SIMPLE))
@@ -471,28 +407,3 @@ def test_degenerate_postures_say_what_they_lose(arm, joints, free, words):
     ]
     assert words in found.degenerate
     assert found.free == free
-
-
-@every_row("arm", ARMS, ids=range(len(ARMS)))
-@every_row(
-    "place",
-    [
-        (2000.0, 0.0, 100.0),
-        (0.0, 0.0, 4000.0),
-        (-900.0, 900.0, 900.0),
-        (100.0, 20.0, 10.0),
-        (0.0, 0.0, 0.0),
-    ],
-)
-def test_a_wrist_out_of_reach_is_refused_with_a_frame_that_is_reached(arm, place):
-    frame = transform(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)), place)
-    if inverse(frame, arm):
-        assert all(gap(arm.fk(one.joints), frame) < 1e-8 for one in solved(arm, frame))
-        return
-    with pytest.raises(OutOfReach) as caught:
-        solved(arm, frame)
-    near = caught.value.nearest
-    assert caught.value.away_mm == pytest.approx(math.dist(near[:3], place))
-    assert near[3:] == pytest.approx(arm.goal_of(frame)[3:], abs=1e-6)  # as the hand was asked
-    for branch in arm.ik(near):
-        assert gap(position_of(arm.fk(branch.joints)), near[:3]) < 1e-5

@@ -7,10 +7,8 @@ import pytest
 from amounts import every_row
 
 from armdrive.cli.learn.models import find_subject, given_joints, shown_joints
-from armdrive.cli.set_up.completion import script
 from armdrive.config.preset import corrected
 from armdrive.registry.arm_files import load_arm
-from armdrive.render.sketch import Sketch, reach_sketches, sketch_rows
 from armdrive.status import joints_view, pose_view
 from armdrive.text import reading
 from armdrive.text.toml import Problems, TomlTable
@@ -113,13 +111,6 @@ def test_ik_of_a_model_file_undoes_fk_or_prints_the_nearest(call, own):
     assert "missed: position" in called.err
 
 
-def test_ik_leaves_pitch_and_roll_free_where_they_are_not_given(call):
-    found = call("ik", "--model", "puma", "--x", "400", "--y", "100", "--z", "300", "--json")
-    assert found.code == 0
-    assert "pitch" not in found.json["met"]
-    assert "roll" not in found.json["met"]
-
-
 def test_ik_says_what_each_solution_loses(call, own):
     on_the_axis = call("ik", "--model", "cylindrical", "--x", "0", "--y", "0", "--z", "100", code=0)
     assert "reaching forward: the tip is on the base axis: the base is free" in on_the_axis.out
@@ -160,21 +151,6 @@ def test_an_arm_file_takes_the_same_joint_values_for_a_preset(key):
     arm = corrected(preset(key), TomlTable({"model": key}, "", problems)).arm
     assert not problems.found
     assert arm.points(Joints(values))[-1] == pytest.approx(position_of(system(key).fk(values)))
-
-
-@pytest.mark.parametrize("name", ["alpha2", "alpha2-lecture", "minimover5", "robko01"])
-def test_how_the_angles_count_is_stated_where_they_could_be_mistaken(call, name):
-    said = call("explain", name, code=0).out.splitlines()
-    assert said[2] == f"angles: {system(name).notes.angles}"
-    assert ("up is positive" in said[2]) == (name != "alpha2-lecture")
-    assert call("explain", name, "--json", code=0).json["angles"] == system(name).notes.angles
-
-
-def test_completion_offers_every_name_for_a_model_and_for_a_system():
-    lines = script("bash").splitlines()
-    for option in ("fk___model", "ik___model", "plot___model", "jog___model", "explain_pos_0"):
-        (choices,) = (line for line in lines if f"armdrive_{option}_choices=" in line)
-        assert choices.partition("=")[2].strip("()").split() == list(MODEL_NAMES)
 
 
 @every_row("name", [name for name in SYSTEMS if name not in PRESETS])
@@ -274,37 +250,3 @@ def test_without_matplotlib_the_extra_is_named(call, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     said = call.refused(*WORKSPACE, "--output", str(tmp_path / "reach.png"), code=2)
     assert "pip install 'armdrive[plot]'" in said
-
-
-@pytest.mark.parametrize(("ending", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml")])
-@pytest.mark.parametrize("model", ["teachmover", "puma"])
-def test_files_are_written(call, tmp_path, model, ending, begins):
-    pytest.importorskip("matplotlib", reason="drawing files needs the extra `plot`")
-    path = tmp_path / f"reach.{ending}"
-    said = call(*WORKSPACE, "--model", model, "--output", str(path), code=0).out
-    assert f"written to {path}" in said
-    assert path.read_bytes().startswith(begins)
-
-
-@every_row(
-    "name, plane, box_mm",
-    [
-        ("two-link-1", "xy", ((-350, 350), (-350, 350))),
-        ("two-link-4", "xz", ((-150, 150), (-150, 450))),
-        ("two-link-5", "yz", ((-300, 0), (0, 300))),
-    ],
-)
-def test_a_planar_arm_is_seen_in_its_own_plane(name, plane, box_mm):
-    (only,) = reach_sketches(system(name).chain())
-    assert (only.across, only.up) == tuple(plane)
-    for span, expected in zip(only.reach_box_mm, box_mm, strict=True):
-        assert span == pytest.approx(expected, abs=1.0)
-    assert "-0 mm" not in only.caption
-
-
-def test_braille_and_an_empty_sketch():
-    rows = sketch_rows(Sketch((), ((1.0, 1.0),), "x", "y"), 10, 4, braille=True)
-    assert any(ord(character) > 0x2800 for row in rows for character in row)
-    empty = Sketch((), (), "x", "y")
-    assert empty.caption == "x across, 0 to 0 mm; y up, 0 to 0 mm"
-    assert len(sketch_rows(empty, 10, 4, braille=False)) == 4
