@@ -214,15 +214,20 @@ class GrblExchange:
             return None  # the board answers no line at all
         answer = yield from self._one_line(command, patience_s)
         if isinstance(answer, Refused):
-            # grblHAL refuses all g-code after a refused line, until an empty one (protocol.c)
             yield from self.clear_line()
         elif answer is None:
             yield from self.flush_line()
         return answer
 
     def clear_line(self) -> Script[HostEvent, bool]:
-        """Send an empty line; return False if the board does not answer it."""
-        return (yield from self._one_line(Line())) is not None
+        """Clear the input line of stray characters; return False if nothing is answered.
+
+        grblHAL refuses all g-code after a refused line, until an empty one (protocol.c).
+        """
+        answer = yield from self._one_line(Line())
+        if isinstance(answer, Refused):
+            answer = yield from self._one_line(Line())
+        return answer is not None
 
     def flush_line(self) -> Script[HostEvent, bool]:
         """Clear the input line by one that is refused; return False if nothing was answered.

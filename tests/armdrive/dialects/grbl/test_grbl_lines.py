@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from armdrive.config.sections import HomingSettings
 from armdrive.dialects.controller import StopPart
-from armdrive.dialects.grbl.controller import GrblController
 from armdrive.dialects.grbl.planner import (
     InFlightLines,
     Limits,
@@ -22,8 +21,7 @@ from armdrive.dialects.grbl.planner import (
 )
 from armdrive.dialects.grbl.settings import BoardAxes, Comparison, feed
 from armdrive.dialects.grbl.variants import BEHAVIOURS
-from armdrive.errors import ArmFileError, Refused
-from armdrive.registry import dialect
+from armdrive.errors import ArmFileError
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from firmware_protocol.grbl import (
     GRBL,
@@ -37,20 +35,6 @@ from firmware_protocol.grbl import (
 from kinematics import Joints, Motors
 
 LIMITS = Limits((1.0,) * 6, (400.0,) * 6, (4000.0,) * 6, 1.0)
-
-
-def controller_of(gripper=None):
-    return GrblController(dialect("grbl").abilities, config(gripper=gripper))
-
-
-def test_impossible_outputs_and_openings_are_refused_before_anything_is_sent():
-    outputs = controller_of().outputs
-    outputs.check(1)
-    with pytest.raises(Refused, match="1 output, 2 needs more"):
-        outputs.check(2)
-    with pytest.raises(Refused, match="driven by a motor"):
-        outputs.check_gripper()
-    controller_of("servo").outputs.check_gripper()
 
 
 # How long motion continues.
@@ -158,31 +142,34 @@ def test_the_planners_time_is_what_a_planner_takes(lines):
     assert planned_s(ways, limits) == pytest.approx(rack.done_s, rel=1e-6)
 
 
-def test_lines_in_flight_know_which_of_them_the_arm_is_on():
+def test_lines_in_flight_know_which_of_them_the_arm_is_on_and_when_it_should_stand():
     lines = InFlightLines(ZERO, LINE_LIMITS, 2.0, SegmentBuffer(9))
     for index in range(3):
         steps = Motors((100, 10 * index, 0, 0, 0, 0))
         lines.send(steps, line_path(steps, 0.3, LINE_LIMITS), 0.0)
         lines.answered(0.0)
-    assert lines.report(Motors((50, 1, 0, 0, 0, 0)), 0.0, idle=False)
-    assert lines.report(Motors((150, 5, 0, 0, 0, 0)), 0.0, idle=False)
-    assert not lines.report(Motors((50, 1, 0, 0, 0, 0)), 0.0, idle=False)  # it ran back
-    assert not lines.report(Motors((150, 15, 0, 0, 0, 0)), 0.0, idle=False)
-    assert not lines.report(Motors((320, 30, 0, 0, 0, 0)), 0.0, idle=False)
-    assert lines.report(Motors((300, 30, 0, 0, 0, 0)), 0.0, idle=True)
+    assert 0.9 <= lines.ends_s <= 1.1
+    assert lines.report(Motors((50, 1, 0, 0, 0, 0)), 0.5, idle=False)
+    assert lines.ends_s == pytest.approx(0.5 + 0.75)  # the motion is late
+    assert lines.report(Motors((150, 5, 0, 0, 0, 0)), 0.6, idle=False)
+    assert not lines.report(Motors((50, 1, 0, 0, 0, 0)), 0.6, idle=False)  # it ran back
+    assert not lines.report(Motors((150, 15, 0, 0, 0, 0)), 0.6, idle=False)
+    assert not lines.report(Motors((320, 30, 0, 0, 0, 0)), 0.6, idle=False)
+    assert lines.report(Motors((300, 30, 0, 0, 0, 0)), 0.6, idle=True)
     assert lines.empty
-    assert not lines.report(Motors((300, 40, 0, 0, 0, 0)), 0.0, idle=True)
+    assert not lines.report(Motors((300, 40, 0, 0, 0, 0)), 0.6, idle=True)
 
 
-def test_lines_in_flight_know_when_their_motion_may_have_ended():
+def test_the_time_ahead_is_that_of_the_planner():
     lines = InFlightLines(ZERO, LINE_LIMITS, 2.0, SegmentBuffer(9))
+    assert lines.ahead_s(0.1) <= 0.0
     steps = Motors((100, 0, 0, 0, 0, 0))
-    lines.send(steps, line_path(steps, 0.5, LINE_LIMITS), 0.0)
-    lines.answered(0.01)
-    ends_s = lines.ends_s
-    assert 0.5 <= ends_s <= 0.8
-    lines.report(Motors((50, 0, 0, 0, 0, 0)), 1.0, idle=False)
-    assert lines.ends_s == pytest.approx(1.25)  # the motion is late: half of it is still to come
+    path = line_path(steps, 0.5, LINE_LIMITS)
+    lines.send(steps, path, 0.0)
+    assert lines.ahead_s(0.1) == pytest.approx(0.5 - 9 * 0.01)
+    assert lines.ahead_s(0.1, path) == pytest.approx(1.0 - 9 * 0.01)
+    lines.report(Motors((50, 0, 0, 0, 0, 0)), 0.3, idle=False)
+    assert lines.ahead_s(0.1) == pytest.approx(0.25 - 9 * 0.01)
 
 
 def told(variant=Variant.GRBL, **changes):
@@ -255,6 +242,13 @@ def test_a_board_that_would_home_away_from_its_switches_is_named_before(
     board = told(s22="1", s23=said)
     board = replace(board, settings=made.device, axes=BoardAxes.of(made))
     assert [each.fix for each in board.differences()] == ([fix] if fix else [])
+
+
+def test_the_expected_rate_of_a_shared_motor_is_the_sum_of_its_joints():
+    base, shoulder, elbow, right, left, gripper = axes_of().expected(config().device).rates
+    assert right == left == gripper == base  # 733 and 544 would be their sums
+    assert shoulder == pytest.approx(168.8, abs=0.1)
+    assert elbow == pytest.approx(251.5, abs=0.1)
 
 
 def test_the_boards_real_speed_is_used():
