@@ -22,7 +22,6 @@ from firmware_protocol.canopen.drives import DriveState as DriveState
 from firmware_protocol.canopen.drives import Happening as Happening
 from firmware_protocol.canopen.drives import OperationMode as OperationMode
 from firmware_protocol.canopen.drives import QuickStopOption as QuickStopOption
-from firmware_protocol.canopen.drives import SetPoint as SetPoint
 from firmware_protocol.canopen.drives import SetPointHost as SetPointHost
 from firmware_protocol.canopen.drives import SetPointPhase as SetPointPhase
 from firmware_protocol.canopen.drives import SetPoints as SetPoints
@@ -119,12 +118,8 @@ from firmware_protocol.canopen.sdo import SdoEvent as SdoEvent
 from firmware_protocol.canopen.sdo import StrayResponse as StrayResponse
 from firmware_protocol.canopen.sdo import Uploaded as Uploaded
 from firmware_protocol.canopen.sdo import abort_words as abort_words
-from firmware_protocol.canopen.sdo_server import Ask as Ask
 from firmware_protocol.canopen.sdo_server import ObjectStore as ObjectStore
-from firmware_protocol.canopen.sdo_server import ReadAsked as ReadAsked
 from firmware_protocol.canopen.sdo_server import SdoServer as SdoServer
-from firmware_protocol.canopen.sdo_server import SdoServerEvent as SdoServerEvent
-from firmware_protocol.canopen.sdo_server import WriteAsked as WriteAsked
 from firmware_protocol.canopen.services import ALL_NODES as ALL_NODES
 from firmware_protocol.canopen.services import ERROR_WORDS as ERROR_WORDS
 from firmware_protocol.canopen.services import HEARTBEAT_MISSING as HEARTBEAT_MISSING

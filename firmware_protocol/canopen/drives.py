@@ -345,15 +345,6 @@ def transition(state: DriveState, cause: Cause) -> Transition | None:
     return _BY_CAUSE.get((state, cause))
 
 
-@message()
-class SetPoint:
-    """A target that the drive has received, in the drive's units."""
-
-    target: int
-    relative: bool
-    at_once: bool
-
-
 # Statusword bits for (target reached, set-point acknowledged).
 _BITS = {
     (False, False): NO_STATUS,
@@ -364,73 +355,29 @@ _BITS = {
 
 
 class SetPoints:
-    """The set-points of an enabled drive: an active one and a pending one.
+    """The hand-over of set-points to an enabled drive: absolute ones, each obeyed at once.
 
     `word` is the controlword that enabled the drive; if its bit 4 is set, that is no rising edge.
     """
 
     def __init__(self, word: Controlword) -> None:
-        self._active: SetPoint | None = None
-        self._next: SetPoint | None = None
+        self.active = False
+        """Whether the drive is moving to a set-point."""
         self._asked = word.has(ControlBit.NEW_SET_POINT)
         self._acknowledged = False
-        self._halted = word.has(ControlBit.HALT)
-        self._stands = True
-
-    @property
-    def active(self) -> SetPoint | None:
-        """The target that the drive is moving to."""
-        return self._active
-
-    @property
-    def halted(self) -> bool:
-        """Whether a halt is commanded."""
-        return self._halted
 
     @property
     def bits(self) -> StatusBit:
         """The statusword bits for the set-points."""
-        reached = self._stands if self._halted else self._active is None
-        acknowledged = self._acknowledged or self._next is not None
-        return _BITS[reached, acknowledged]
+        return _BITS[not self.active, self._acknowledged]
 
-    def control(self, word: Controlword, target: int) -> SetPoint | None:
-        """Process a controlword and the target in 607A; return the new active set-point.
-
-        None if the active set-point has not changed; `arrived` returns a pending one.
-        """
+    def control(self, word: Controlword) -> bool:
+        """Process a controlword; return whether the target in 607A is the new set-point."""
         asked = word.has(ControlBit.NEW_SET_POINT)
         rising, self._asked = asked and not self._asked, asked
-        self._halt(word.has(ControlBit.HALT))
-        if not asked:
-            self._acknowledged = False
-        if not rising:
-            return None
-        at_once = word.has(ControlBit.AT_ONCE)
-        return self._take(SetPoint(target, word.has(ControlBit.RELATIVE), at_once))
-
-    def arrived(self) -> SetPoint | None:
-        """Report that the active target is reached; return the pending set-point, now active."""
-        self._active, self._next = self._next, None
-        self._stands = self._active is None
-        return self._active
-
-    def stood(self) -> None:
-        """Report that the motor is at rest after a halt."""
-        self._stands = True
-
-    def _halt(self, halted: bool) -> None:
-        if halted != self._halted:
-            self._halted, self._stands = halted, self._active is None
-
-    def _take(self, point: SetPoint) -> SetPoint | None:
-        if self._active is not None and not point.at_once:
-            if self._next is None:
-                self._next, self._acknowledged = point, True
-            return None
-        self._active, self._next, self._acknowledged = point, None, True
-        self._stands = self._stands and self._halted
-        return point
+        self._acknowledged = asked and (rising or self._acknowledged)
+        self.active = self.active or rising
+        return rising
 
 
 # The drive's end of CiA 402: controlwords in; state, set-points and statusword out.
@@ -462,18 +409,16 @@ class DriveDevice:
         """Return the statusword, with bits from the owner: voltage, warning, following error."""
         return _statusword(self._state, bits, self._points.bits)
 
-    def control(
-        self, word: Controlword, target: int = 0
-    ) -> tuple[tuple[Transition, ...], SetPoint | None]:
-        """Obey a controlword; return the transitions and the new active set-point."""
+    def control(self, word: Controlword) -> tuple[tuple[Transition, ...], bool]:
+        """Obey a controlword; return the transitions, and whether there is a new set-point."""
         rising = word.has(ControlBit.FAULT_RESET) and not self._word.has(ControlBit.FAULT_RESET)
         self._word = word
         taken: tuple[Transition, ...] = ()
         if word.command is not Command.FAULT_RESET or rising:
             taken = self._obey(word.command)
         if self._state is not DriveState.ENABLED or taken:
-            return taken, None
-        return taken, self._points.control(word, target)
+            return taken, False
+        return taken, self._points.control(word)
 
     def happen(self, happening: Happening) -> Transition | None:
         """Process an event inside the drive; return the transition that it causes."""

@@ -5,7 +5,6 @@ A PDO carries the mapped objects one after the other, low byte first.
 
 from __future__ import annotations
 
-import math
 import struct
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -153,7 +152,7 @@ PDO_SERVICES = {
     Direction.TRANSMITTED: (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4),
 }
 PREDEFINED = 4
-_COB, _TRANSMISSION, _INHIBIT, _EVENT = 1, 2, 3, 5  # sub-indices
+_COB, _TRANSMISSION = 1, 2  # sub-indices
 
 
 @message()
@@ -221,15 +220,13 @@ class PdoSetup:
 
 # The device's end of PDOs: the configuration in its objects, sending, and receiving.
 #
-# No clock and no I/O: the owner passes times in seconds and transmits the frames.
+# No clock and no I/O: the owner transmits the frames. PDOs that the device transmits on events are
+# not simulated: no program of ours asks for them.
 # Source: CiA 301, PDO communication and mapping parameters.
 
 SYNCHRONOUS_MOST = 240
-# Transmission type: sent on the first SYNC after a change.
-AT_CHANGE = 0
 ENTRIES_MOST = 8
 _REMOTE_ALONE = range(241, 254)
-_INHIBIT_S, _EVENT_S = 1e-4, 1e-3
 
 
 @dataclass(slots=True)
@@ -239,16 +236,10 @@ class DevicePdo:
     can_id: int
     mapping: Mapping
     transmission: int
-    inhibit_s: float = 0.0
-    event_s: float = 0.0
     beats: int = 0
     """SYNCs since the latest transmission."""
     data: bytes = b""
-    """Received data that waits for a SYNC, or the data sent last."""
-    due_s: float = math.inf
-    """When the event timer expires."""
-    free_s: float = -math.inf
-    """When the inhibit time ends."""
+    """Received data that waits for a SYNC."""
 
     @property
     def synchronous(self) -> bool:
@@ -258,7 +249,6 @@ class DevicePdo:
 
 # Returns an object's value at a given time.
 Reader: TypeAlias = Callable[[float], int]
-_Transmitted: TypeAlias = tuple[DevicePdo, list[Reader]]
 
 
 class DevicePdos:
@@ -278,8 +268,7 @@ class DevicePdos:
         self._dictionary, self._value = dictionary, value
         self._reader, self._act, self._say = reader, act, say
         self._received: dict[int, DevicePdo] = {}
-        self._by_sync: list[_Transmitted] = []
-        self._by_event: list[_Transmitted] = []
+        self._transmitted: list[tuple[DevicePdo, list[Reader]]] = []
         self.rebuild()
 
     @property
@@ -290,23 +279,21 @@ class DevicePdos:
     def rebuild(self) -> None:
         """Read the configuration from the objects again."""
         self._received = {pdo.can_id: pdo for pdo in self._described(Direction.RECEIVED)}
-        self._by_sync, self._by_event = [], []
-        for pdo in self._described(Direction.TRANSMITTED):
-            readers = [self._reader(place) for place in pdo.mapping.places]
-            (self._by_sync if pdo.synchronous else self._by_event).append((pdo, readers))
-
-    # Sending and receiving.
-
-    @property
-    def due_s(self) -> float:
-        """When the next event timer expires."""
-        return min((pdo.due_s for pdo, _ in self._by_event), default=math.inf)
+        self._transmitted = [
+            (pdo, [self._reader(place) for place in pdo.mapping.places])
+            for pdo in self._described(Direction.TRANSMITTED)
+            if pdo.synchronous
+        ]
 
     def sync(self, now_s: float) -> None:
         """Send the drive's present values, then apply the PDOs received before this SYNC."""
         # In this order: what is sent was true at the SYNC, before any new target counts.
-        for pdo, readers in self._by_sync:
-            self._send_in_turn(pdo, pdo.mapping.pack([read(now_s) for read in readers]), now_s)
+        for pdo, readers in self._transmitted:
+            pdo.beats += 1
+            if pdo.beats >= pdo.transmission:
+                pdo.beats = 0
+                data = pdo.mapping.pack([read(now_s) for read in readers])
+                self._say(Frame(pdo.can_id, data))
         for pdo in self._received.values():
             if pdo.synchronous and pdo.data:
                 data, pdo.data = pdo.data, b""
@@ -326,30 +313,6 @@ class DevicePdos:
     def _apply(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
         values = pdo.mapping.unpack(data)
         self._act([*zip(pdo.mapping.places, values, strict=True)], now_s)
-
-    def tell_changes(self, now_s: float) -> None:
-        """Send the event-driven PDOs whose contents have changed or whose timer has expired."""
-        for pdo, readers in self._by_event:
-            data = pdo.mapping.pack([read(now_s) for read in readers])
-            if pdo.free_s <= now_s and (data != pdo.data or pdo.due_s <= now_s):
-                self._send(pdo, data, now_s)
-            elif data != pdo.data:
-                pdo.due_s = min(pdo.due_s, pdo.free_s)
-
-    def _send_in_turn(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
-        pdo.beats += 1
-        if pdo.transmission == AT_CHANGE and data == pdo.data:
-            return
-        if pdo.beats >= pdo.transmission:
-            pdo.beats = 0
-            self._send(pdo, data, now_s)
-
-    def _send(self, pdo: DevicePdo, data: bytes, now_s: float) -> None:
-        self._say(Frame(pdo.can_id, data))
-        pdo.data = data
-        pdo.free_s = now_s + pdo.inhibit_s
-        if not pdo.synchronous:
-            pdo.due_s = max(now_s + pdo.event_s, pdo.free_s) if pdo.event_s else math.inf
 
     # Checks for writes to the PDO parameters.
 
@@ -392,10 +355,8 @@ class DevicePdos:
         """Yield the valid PDOs of a direction, as configured in the objects."""
         for number in range(len(PDO_SERVICES[direction])):
             communication, mapping = (base + number for base in PARAMETERS[direction])
-            cob, transmission, inhibit, event = (
-                self._value(Place(communication, sub))
-                for sub in (_COB, _TRANSMISSION, _INHIBIT, _EVENT)
-            )
+            cob = self._value(Place(communication, _COB))
+            transmission = self._value(Place(communication, _TRANSMISSION))
             count = self._value(Place(mapping, 0))
             if not cob or cob & NOT_VALID or not count:
                 continue
@@ -404,8 +365,7 @@ class DevicePdos:
                 mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
             except (BadField, RemoteProtocolError):  # maps objects that this drive lacks
                 continue
-            can_id = cob & STANDARD_ID_MAX
-            yield DevicePdo(can_id, mapped, transmission, inhibit * _INHIBIT_S, event * _EVENT_S)
+            yield DevicePdo(cob & STANDARD_ID_MAX, mapped, transmission)
 
 
 def _refused_communication(sub: int, value: int) -> AbortCode | None:

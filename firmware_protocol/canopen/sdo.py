@@ -293,65 +293,8 @@ _RESPONSES: dict[int, Callable[[bytes], Response]] = {
 }
 
 
-# Splitting data into segments and joining them, for both sides.
-
 # The greatest object that is transferred, in bytes. Names are the longest.
 SIZE_MAX = 1024
-
-
-class Sending:
-    """Data being sent in segments."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data = data
-        self._at = 0
-        self.toggle = False
-
-    @property
-    def done(self) -> bool:
-        """Whether the last segment was confirmed. Empty data is sent as one segment."""
-        return self._at >= max(1, len(self._data))
-
-    @property
-    def segment(self) -> Segment:
-        """The current segment."""
-        end = self._at + SEGMENT_MAX
-        return Segment(self.toggle, self._data[self._at : end], end >= len(self._data))
-
-    def advance(self) -> None:
-        """Move on to the next segment."""
-        self._at += SEGMENT_MAX
-        self.toggle = not self.toggle
-
-
-class Receiving:
-    """Data being received in segments."""
-
-    def __init__(self, size: int | None) -> None:
-        self._size = size
-        self._most = SIZE_MAX if size is None else size
-        self._too_much = AbortCode.OUT_OF_MEMORY if size is None else AbortCode.TOO_LONG
-        self._data = bytearray()
-        self.toggle = False
-
-    @property
-    def data(self) -> bytes:
-        """The data received so far."""
-        return bytes(self._data)
-
-    def take(self, segment: Segment) -> AbortCode | None:
-        """Add the next segment; return an abort code if the transfer cannot go on.
-
-        The announced size must match the data: this detects lost and repeated segments that the
-        toggle bit misses.
-        """
-        if len(self._data) + len(segment.data) > self._most:
-            return self._too_much
-        self._data += segment.data
-        self.toggle = not self.toggle
-        if segment.last and self._size not in (None, len(self._data)):
-            return AbortCode.TOO_SHORT
-        return None
 
 
 @message()
@@ -394,14 +337,17 @@ SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | Unreadab
 
 
 @dataclass(slots=True)
-class _Reading:
-    place: Place
-    segments: Receiving | None = None  # set once segments begin
+class _Transfer:
+    """A transfer of an object; its data once it is read in segments.
 
+    `size` is the announced number of bytes, None if the server announced none.
+    """
 
-@message()
-class _Writing:
     place: Place
+    reads: bool
+    data: bytearray | None = None
+    size: int | None = None
+    toggle: bool = False
 
 
 class SdoClient:
@@ -418,7 +364,7 @@ class SdoClient:
     def __init__(self, node: int) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
-        self._current: _Reading | _Writing | None = None
+        self._current: _Transfer | None = None
         self._events: EventQueue[SdoEvent] = EventQueue(EVENTS_MAX)
 
     @property
@@ -429,7 +375,7 @@ class SdoClient:
     def upload(self, place: Place) -> Frame:
         """Return the frame that begins to read an object. Raises `LocalProtocolError` if busy."""
         self._must_be_free()
-        self._current = _Reading(place)
+        self._current = _Transfer(place, reads=True)
         return self._frame(StartUpload(place))
 
     def download(self, place: Place, data: bytes) -> Frame:
@@ -439,7 +385,7 @@ class SdoClient:
         """
         self._must_be_free()
         content = Content(data, len(data))
-        self._current = _Writing(place)
+        self._current = _Transfer(place, reads=False)
         return self._frame(StartDownload(place, content))
 
     def abandon(self, code: AbortCode = AbortCode.TIMED_OUT) -> Frame | None:
@@ -473,40 +419,46 @@ class SdoClient:
         return Frame(self._request_id, encode(request))
 
     def _hear(self, response: Response) -> Request | None:
-        match self._current, response:
-            case (_Reading() | _Writing()) as current, Abort(place, code) if _names(place, current):
+        current = self._current
+        match response:
+            case Abort(place, code) if current and _names(place, current):
                 return self._end(Aborted(current.place, code))
-            case _Reading(place, None) as reading, Upload(named, content) if named == place:
-                return self._begin(reading, content)
-            case _Reading(_, Receiving() as segments) as reading, Segment() as segment if (
-                segment.toggle == segments.toggle
-            ):
-                return self._take(reading, segments, segment)
-            case _Writing(place), DownloadStarted(named) if named == place:
+            case Upload(place, content) if current and current.reads and place == current.place:
+                if current.data is None:
+                    return self._begin(current, content)
+            case Segment(toggle) if current and current.data is not None:
+                if toggle == current.toggle:
+                    return self._take(current, current.data, response)
+            case DownloadStarted(place) if current and not current.reads and place == current.place:
                 return self._end(Downloaded(place))
-            case _:
-                self._events.put(StrayResponse(response))
-                return None
+        self._events.put(StrayResponse(response))
+        return None
 
-    def _begin(self, reading: _Reading, content: Content) -> Request | None:
+    def _begin(self, current: _Transfer, content: Content) -> Request | None:
         if content.data is not None:
-            return self._end(Uploaded(reading.place, content.data, content.size is not None))
+            return self._end(Uploaded(current.place, content.data, content.size is not None))
         if content.size is not None and content.size > SIZE_MAX:
-            return self._break(reading, AbortCode.OUT_OF_MEMORY)
-        reading.segments = Receiving(content.size)
+            return self._break(current, AbortCode.OUT_OF_MEMORY)
+        current.data, current.size = bytearray(), content.size
         return NextSegment(toggle=False)
 
-    def _take(self, reading: _Reading, segments: Receiving, segment: Segment) -> Request | None:
-        refusal = segments.take(segment)
-        if refusal is not None:
-            return self._break(reading, refusal)
-        if segment.last:
-            return self._end(Uploaded(reading.place, segments.data))
-        return NextSegment(segments.toggle)
+    def _take(self, current: _Transfer, data: bytearray, segment: Segment) -> Request | None:
+        data += segment.data
+        current.toggle = not current.toggle
+        # the announced size shows lost and repeated segments that the toggle bit misses
+        if current.size is None and len(data) > SIZE_MAX:
+            return self._break(current, AbortCode.OUT_OF_MEMORY)
+        if current.size is not None and len(data) > current.size:
+            return self._break(current, AbortCode.TOO_LONG)
+        if not segment.last:
+            return NextSegment(current.toggle)
+        if current.size not in (None, len(data)):
+            return self._break(current, AbortCode.TOO_SHORT)
+        return self._end(Uploaded(current.place, bytes(data)))
 
-    def _break(self, reading: _Reading, code: AbortCode) -> Abort:
-        self._end(Aborted(reading.place, code))
-        return Abort(reading.place, code)
+    def _break(self, current: _Transfer, code: AbortCode) -> Abort:
+        self._end(Aborted(current.place, code))
+        return Abort(current.place, code)
 
     def _end(self, event: SdoEvent) -> Request | None:
         self._current = None
@@ -514,11 +466,10 @@ class SdoClient:
         return None  # the transfer is over
 
 
-def _names(place: Place, current: _Reading | _Writing) -> bool:
+def _names(place: Place, current: _Transfer) -> bool:
     """Return whether an abort belongs to this transfer.
 
     During segments some servers name no object. Before the first segment, such an abort is late: it
     answers a repeated frame of the previous transfer.
     """
-    in_segments = isinstance(current, _Reading) and current.segments is not None
-    return place == current.place or (in_segments and place == Place(0))
+    return place == current.place or (current.data is not None and place == Place(0))

@@ -8,15 +8,12 @@ to a replaced request sends nothing. No frame on the bus raises.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeAlias
 
 from firmware_protocol.canopen.objects import Dictionary, ObjectEntry, Place, Value
 from firmware_protocol.canopen.sdo import (
-    EVENTS_MAX,
     EXPEDITED_MAX,
     SDO_SIZE,
-    SIZE_MAX,
+    SEGMENT_MAX,
     Abort,
     AbortCode,
     Content,
@@ -24,7 +21,7 @@ from firmware_protocol.canopen.sdo import (
     NextSegment,
     Request,
     Response,
-    Sending,
+    Segment,
     StartDownload,
     StartUpload,
     Upload,
@@ -34,130 +31,75 @@ from firmware_protocol.canopen.sdo import (
 )
 from firmware_protocol.canopen.services import Service, checked_node, cob_id, is_for
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
-from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame
-
-
-@message()
-class ReadAsked:
-    """The client requests an object."""
-
-    place: Place
-
-
-@message()
-class WriteAsked:
-    """The client writes an object; if not `exact`, the four bytes may be longer than the value."""
-
-    place: Place
-    data: bytes
-    exact: bool = True
-
-
-Ask: TypeAlias = ReadAsked | WriteAsked
-SdoServerEvent: TypeAlias = Ask | UnreadableFrame | Overrun
-
-
-@dataclass(slots=True)
-class _Telling:
-    place: Place
-    segments: Sending
 
 
 class SdoServer:
     """The server that gives a client access to a device's objects.
 
-    Clients write numbers only, each in one frame; longer objects can be read.
+    `read` returns an object's bytes, and `write` takes the bytes of one and whether their number is
+    exact (else there are four, and the value may be shorter). Both may return why not. Clients
+    write numbers only, each in one frame; longer objects can be read.
     """
 
-    def __init__(self, node: int) -> None:
+    def __init__(
+        self,
+        node: int,
+        read: Callable[[Place], bytes | AbortCode],
+        write: Callable[[Place, bytes, bool], AbortCode | None],
+    ) -> None:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
-        self._current: Ask | _Telling | None = None
-        self._events: EventQueue[SdoServerEvent] = EventQueue(EVENTS_MAX)
-
-    @property
-    def asked(self) -> Ask | None:
-        """The request that the owner has not answered."""
-        return None if isinstance(self._current, _Telling) else self._current
+        self._read, self._write = read, write
+        self._place, self._left, self._toggle = Place(0), b"", False
+        self._telling = False
+        """Whether an object is being read in segments: `_left` of it."""
 
     def receive_frame(self, frame: Frame) -> Frame | None:
-        """Process any frame on the bus; return the frame to send next. Never raises."""
-        if not is_for(frame, self._request_id):
+        """Process any frame on the bus; return the answer. Never raises."""
+        if not is_for(frame, self._request_id) or len(frame.data) != SDO_SIZE:
             return None
         try:
-            request = decode_request(frame.data)
-        except RemoteProtocolError as error:
-            self._events.put(UnreadableFrame(frame, str(error)))
-            if len(frame.data) != SDO_SIZE:
-                return None
-            return self._give_up(place_of(frame.data), AbortCode.COMMAND)  # a block transfer
-        return self._hear(request)
+            response = self._answer(decode_request(frame.data))
+        except RemoteProtocolError:  # a block transfer
+            response = self._give_up(place_of(frame.data), AbortCode.COMMAND)
+        return None if response is None else Frame(self._response_id, encode(response))
 
-    def next_event(self) -> SdoServerEvent | None:
-        """Return the next event, or None."""
-        return self._events.next()
-
-    def supply(self, ask: ReadAsked, data: bytes) -> Frame | None:
-        """Answer a `ReadAsked`; return the frame, or None if the request was replaced."""
-        if not isinstance(data, bytes) or len(data) > SIZE_MAX:
-            raise BadField("data", data, f"at most {SIZE_MAX} bytes")
-        if ask != self.asked:
-            return None
-        expedited = 1 <= len(data) <= EXPEDITED_MAX
-        self._current = None if expedited else _Telling(ask.place, Sending(data))
-        return self._frame(Upload(ask.place, Content(data if expedited else None, len(data))))
-
-    def accept(self, ask: WriteAsked) -> Frame | None:
-        """Confirm a `WriteAsked`; return the frame, or None if the request was replaced."""
-        if ask != self.asked:
-            return None
-        self._current = None
-        return self._frame(DownloadStarted(ask.place))
-
-    def refuse(self, ask: Ask, code: AbortCode) -> Frame | None:
-        """Refuse a request; return the abort frame, or None if the request was replaced."""
-        return self._give_up(ask.place, code) if ask == self.asked else None
-
-    def _hear(self, request: Request) -> Frame | None:
-        match self._current, request:
-            case _, StartUpload(place):
-                return self._ask(ReadAsked(place))
-            case _, StartDownload(place, Content(None)):
+    def _answer(self, request: Request) -> Response | None:
+        match request:
+            case StartUpload(place):
+                return self._begin(place)
+            case StartDownload(place, Content(None)):
                 return self._give_up(place, AbortCode.TOO_LONG)
-            case _, StartDownload(place, Content(bytes() as data, size)):
-                return self._ask(WriteAsked(place, data, size is not None))
-            case _Telling() as telling, NextSegment(toggle):
-                return self._tell(telling, toggle)
-            case current, Abort(place):
-                if current is not None and place in (current.place, Place(0)):
-                    self._current = None
+            case StartDownload(place, Content(bytes() as data, size)):
+                self._telling = False
+                refusal = self._write(place, data, size is not None)
+                return DownloadStarted(place) if refusal is None else Abort(place, refusal)
+            case NextSegment(toggle) if self._telling:
+                return self._next_segment(toggle)
+            case Abort(place):
+                self._telling = self._telling and place not in (self._place, Place(0))
                 return None
-            case current, _:
-                return self._give_up(current.place if current else Place(0), AbortCode.COMMAND)
+        return self._give_up(self._place if self._telling else Place(0), AbortCode.COMMAND)
 
-    def _tell(self, telling: _Telling, toggle: bool) -> Frame:
-        segments = telling.segments
-        if toggle != segments.toggle:
-            return self._give_up(telling.place, AbortCode.TOGGLE)
-        segment = segments.segment
-        segments.advance()  # a repeated request is refused: the toggle bit differs in the next
-        if segments.done:
-            self._current = None
-        return self._frame(segment)
+    def _begin(self, place: Place) -> Response:
+        data = self._read(place)
+        if isinstance(data, AbortCode):
+            return self._give_up(place, data)
+        self._telling = not 1 <= len(data) <= EXPEDITED_MAX
+        self._place, self._left, self._toggle = place, data, False
+        return Upload(place, Content(None if self._telling else data, len(data)))
 
-    def _ask(self, ask: Ask) -> Frame | None:
-        self._current = ask
-        self._events.put(ask)
-        return None  # the owner sends the response later
+    def _next_segment(self, toggle: bool) -> Response:
+        if toggle != self._toggle:  # a repeated request: the client would miss the next segment
+            return self._give_up(self._place, AbortCode.TOGGLE)
+        data, self._left = self._left[:SEGMENT_MAX], self._left[SEGMENT_MAX:]
+        self._toggle, self._telling = not self._toggle, bool(self._left)
+        return Segment(toggle, data, not self._left)
 
-    def _give_up(self, place: Place, code: AbortCode) -> Frame:
-        self._current = None
-        return self._frame(Abort(place, code))
-
-    def _frame(self, response: Response) -> Frame:
-        return Frame(self._response_id, encode(response))
+    def _give_up(self, place: Place, code: AbortCode) -> Response:
+        self._telling = False
+        return Abort(place, code)
 
 
 # The values of a device's objects, with access by the rules of its dictionary.
@@ -207,8 +149,8 @@ class ObjectStore:
         self,
         place: Place,
         data: bytes,
-        *,
         exact: bool = True,
+        *,
         refusal: Callable[[Place, Value], AbortCode | None] = lambda _place, _value: None,
     ) -> AbortCode | None:
         """Write a client's bytes; return an abort code or None. Unless `exact`, cut excess off.
@@ -233,16 +175,6 @@ class ObjectStore:
             except BadField:  # text that is not ASCII
                 return AbortCode.VALUE
         return refused
-
-    def answer(self, server: SdoServer, ask: Ask) -> Frame | None:
-        """Answer a server's request; return the frame, or None if the request was replaced."""
-        if isinstance(ask, ReadAsked):
-            told = self.read(ask.place)
-            if isinstance(told, AbortCode):
-                return server.refuse(ask, told)
-            return server.supply(ask, told)
-        refusal = self.write(ask.place, ask.data, exact=ask.exact)
-        return server.accept(ask) if refusal is None else server.refuse(ask, refusal)
 
     def _entry(self, place: Place) -> ObjectEntry:
         entry = self._dictionary.find(place)

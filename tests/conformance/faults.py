@@ -98,6 +98,7 @@ ROWS: tuple[_Row, ...] = (
     (RESTARTS, MOVING, ("mks",), ExpectedError(FAULT, RESET)),
     (RESTARTS, STANDING, ("mks",), ExpectedError(RESTARTED, f"{RESET}.*{FROM_ZERO}")),
     (POWER, MOVING, ("cia402",), ExpectedError(RESTARTED, f"{RESET}|{CHECK_BUS}")),
+    (POWER, MOVING, (PROFILE,), ExpectedError(SILENT, CHECK_BUS)),
     (BOARD, MOVING, ("cia402",), ExpectedError(FAULT, RESET)),
     (RESTARTS, STANDING, ("cia402",), ExpectedError(RESTARTED, RESET)),
     (STALLED, MOVING, ("mks",), ExpectedError(FAULT, r"drive 1 \(base\)")),

@@ -77,14 +77,17 @@ def lead(
     if isinstance(outcome, Done):
         io.progress()
         return outcome
+    alert = outcome.trouble.alert(outcome.drive) if isinstance(outcome, Blamed) else None
+    unstopped = yield from _stand(io)
+    restarted = [drive for drive in io.drives if drive.booted]
+    if restarted and isinstance(outcome, Timeout | RequestRejected):  # that is why it was silent
+        outcome = Blamed(Trouble.RESTARTED, restarted[0])
     if not isinstance(outcome, Blamed):
-        unstopped = yield from _stand(io)
         return _joined(outcome, unstopped)
     trouble, drive = outcome
-    alert = trouble.alert(drive)
-    unstopped = yield from _stand(io)
     if trouble in (Trouble.IN_FAULT, Trouble.STOPPED):  # its error explains that
         yield from io.explain(drive)
+    if trouble not in (Trouble.OTHER_MODE, Trouble.OFF_TARGET) or alert is None:
         alert = trouble.alert(drive)
     io.alarm(alert, drive)
     return _joined(RequestRejected(alert.text), unstopped)

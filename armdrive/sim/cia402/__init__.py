@@ -14,7 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.node import motors_of, node_ids
 from armdrive.sim.cia402.node import Cia402Node, SavedCia402Drive
-from armdrive.sim.cia402.objects import dictionary, varied
+from armdrive.sim.cia402.objects import varied
 from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -76,17 +76,12 @@ def _numbers(config: ArmConfig, count: int) -> tuple[int, ...]:
 
 def _objects(quirks: Cia402Quirks) -> Dictionary:
     """Return every drive's objects: those of its EDS, changed by the settings."""
-    missing, profile = quirks.missing, quirks.profile
+    missing = quirks.missing
     new = ("60A9",) if quirks.factory else ()
     if missing and not _INDICES.fullmatch(missing):
         raise BadRequest(f'missing is written "60C2", or as more joined by +, not {missing!r}')
     indices = frozenset(int(word, 16) for word in (*missing.split("+"), *new) if word)
-    kind = dictionary().find(canopen.DEVICE_TYPE)
-    high = 0 if kind is None else int(kind.default or 0) & ~0xFFFF
-    changed: dict[Place, int] = {
-        canopen.DEVICE_TYPE: high | profile,
-        canopen.SUPPORTED_MODES: canopen.supported_word(_modes(quirks)),
-    }
+    changed: dict[Place, int] = {canopen.SUPPORTED_MODES: canopen.supported_word(_modes(quirks))}
     constant = _constants(quirks.constant)
     if (window := quirks.following_window) >= 0:
         changed[canopen.FOLLOWING_ERROR_WINDOW] = window

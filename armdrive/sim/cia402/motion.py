@@ -14,7 +14,7 @@ from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.cia402.objects import DriveObjects
 from armdrive.sim.cia402.quirks import Cia402Quirks
 from firmware_protocol import canopen
-from firmware_protocol.canopen import Place, SetPoint
+from firmware_protocol.canopen import Place
 
 TO_SWITCH = MappingProxyType({17: -1, 18: 1})
 IN_PLACE = (35, 37)
@@ -59,16 +59,12 @@ class Cia402Motion:
         """Reset to the state after power-on."""
         self.homing = Homing.NONE
         self._way = 0  # the direction of the switch that homing searches for
-        self.goal = 0
-        """The target of the last set-point, in the drive's own counts."""
-        self.limited = False
-        """Whether a target was limited to the software range."""
         self.ends = False
         """Whether the end of the motion causes something."""
         self.waits = False
         """Whether the set-point has reached its end, but the shaft has not."""
         self.switch_s = math.inf
-        """When the set-point reaches the switch, if the switch matters."""
+        """When a search reaches the switch, or leaves it."""
 
     @property
     def due_s(self) -> float:
@@ -92,42 +88,34 @@ class Cia402Motion:
 
     # Targets.
 
-    def stay(self) -> None:
-        """Make the end of the set-point the goal."""
-        self.goal = self._point.end - self._motor.zero
-
-    def aim(self, point: SetPoint) -> None:
-        """Adopt a set-point's target as the goal; a relative one adds to the last goal."""
-        base = self.goal if point.relative else 0
-        self.goal = self._within(base + point.target)
+    @property
+    def _target(self) -> int:
+        return self._motor.zero + self._objects.number_of(canopen.TARGET_POSITION, 0)
 
     def go(self, now_s: float) -> None:
-        """Move to the goal with the profile's speed and ramps."""
+        """Move to the target with the profile's speed and ramps."""
         speed = self._objects.number_of(canopen.PROFILE_SPEED, 0) * self._speed_unit_hz
         self._point.go_to(
-            self._motor.zero + self.goal,
+            self._target,
             max(min(speed, self._top_rate), 1.0),
             self.slope(canopen.PROFILE_ACCELERATION),
             now_s,
             braking=self._braking,
         )
-        self._begun(now_s)
+        self.ends, self.waits = True, False
 
     def follow(self, now_s: float) -> None:
         """Move straight to the present target, within the interpolation period."""
-        target = self._within(self._objects.number_of(canopen.TARGET_POSITION, 0))
         power = self._objects.number_of(canopen.PERIOD_POWER, _MS_POWER)
         period_s = max(self._objects.number_of(canopen.PERIOD, 1) * 10.0**power, _SHORTEST_S)
         on = self._quirks.hold_after_loss == "extrapolate"
-        self._point.glide_to(self._motor.zero + target, period_s, self._top_rate, now_s, on=on)
+        self._point.glide_to(self._target, period_s, self._top_rate, now_s, on=on)
         self.ends = False
-        if self._quirks.limits:
-            self.switch_s = self._passes_switch_s(now_s)
 
     def brake(self, steep: float, now_s: float) -> None:
         """Brake to a standstill, and hold there."""
         self._point.go_at(0.0, steep, now_s)
-        self._begun(now_s)
+        self.ends, self.waits = True, False
 
     def slow_down(self, now_s: float) -> None:
         """Brake on the profile's ramp."""
@@ -169,22 +157,6 @@ class Cia402Motion:
         rpm = self._objects.number_of(canopen.MOST_MOTOR_SPEED, 3000)
         return rpm * self._objects.number_of(canopen.ENCODER_INCREMENTS, 10_000) / 60
 
-    def _begun(self, now_s: float) -> None:
-        """Record that a motion has begun whose end causes something."""
-        self.ends, self.waits = True, False
-        self.switch_s = self._passes_switch_s(now_s) if self._quirks.limits else math.inf
-
-    def _passes_switch_s(self, now_s: float) -> float:
-        return self._point.passes_s(self._switch.at, self._switch.way, now_s)
-
-    def _within(self, target: int) -> int:
-        """Return a target, limited to the software range."""
-        low = self._objects.number_of(canopen.LEAST_POSITION, 0)
-        high = self._objects.number_of(canopen.MOST_POSITION, 0)
-        held = min(max(target, low), high) if low < high else target
-        self.limited = held != target
-        return held
-
     # Homing, and the switch.
 
     def home(self, now_s: float) -> None:
@@ -212,18 +184,14 @@ class Cia402Motion:
             self.homing, self.switch_s = Homing.NONE, math.inf
             self.brake(self.slope(canopen.HOMING_ACCELERATION), now_s)
 
-    def watch_switch(self, now_s: float) -> bool:
-        """Do what is due at the switch; return whether a motion must end there."""
+    def watch_switch(self, now_s: float) -> None:
+        """Do what is due at the switch of a search."""
         if self.switch_s <= now_s:
             self.switch_s = math.inf
-        if not self.homing.searches:
-            minds = self._quirks.limits and self._switch.pressed
-            return minds and self._point.rate(now_s) * self._switch.way > 0.0
         if self.homing is Homing.SEEKING and self._at_switch:
             self._leave_switch(now_s)
         elif self.homing is Homing.LEAVING and not self._at_switch:
             self._found(self._point.at(now_s))
-        return False
 
     def _leave_switch(self, now_s: float) -> None:
         self.homing = Homing.LEAVING
@@ -245,6 +213,5 @@ class Cia402Motion:
 
     def _found(self, at: int) -> None:
         self._point.hold(at)
-        self.goal = self._objects.number_of(canopen.HOME_OFFSET, 0)
-        self._motor.zero = at - self.goal
+        self._motor.zero = at - self._objects.number_of(canopen.HOME_OFFSET, 0)
         self.homing, self.switch_s, self.ends = Homing.DONE, math.inf, False

@@ -79,7 +79,6 @@ class Cia402Node:
             self.live(now_s)
         if not (frame.extended or frame.remote or self.port.booting):
             self._take(frame, now_s)
-        self._tell_changes(now_s)
 
     def _take(self, frame: Frame, now_s: float) -> None:
         if frame.can_id == SYNC:
@@ -89,7 +88,9 @@ class Cia402Node:
             if self._by_pdo and not self.pdos.take(frame, now_s):
                 self.say_emcy(PDO_TOO_SHORT)
         elif frame.can_id == self._sdo_id:
-            self._serve(frame, now_s)
+            if self.nmt.communicates:
+                self._now_s = now_s
+                self.port.say(self.sdo.receive_frame(frame))
         elif frame.can_id == NMT:
             self._order(frame, now_s)
         elif (watch := self._watched) is not None and frame.can_id == _HEARTBEAT + watch.node:
@@ -101,10 +102,6 @@ class Cia402Node:
         if self.nmt.communicates:
             register = self.objects.number_of(canopen.ERROR_REGISTER, 0)
             self.port.say(canopen.Emergency(self.number, code, register).frame)
-
-    def _tell_changes(self, now_s: float) -> None:
-        if self._by_pdo:
-            self.pdos.tell_changes(now_s)
 
     @property
     def _by_pdo(self) -> bool:
@@ -122,29 +119,18 @@ class Cia402Node:
         elif order is NmtCommand.RESET_COMMUNICATION:
             self._renew_talk(self.number, now_s)
 
-    def _serve(self, frame: Frame, now_s: float) -> None:
-        if not self.nmt.communicates:
-            return
-        answers = [self.sdo.receive_frame(frame)]
-        while (event := self.sdo.next_event()) is not None:
-            if isinstance(event, canopen.ReadAsked):
-                if event.place in READINGS:
-                    self.objects.keep(event.place, self.read(event.place, now_s))
-                answers.append(self.objects.store.answer(self.sdo, event))
-            elif isinstance(event, canopen.WriteAsked):
-                answers.append(self._write(event, now_s))
-        for each in answers:
-            self.port.say(each)
+    def _tell(self, place: Place) -> bytes | AbortCode:
+        """Return an object's bytes for a client, or why not."""
+        if place in READINGS:
+            self.objects.keep(place, self.read(place, self._now_s))
+        return self.objects.store.read(place)
 
-    def _write(self, ask: canopen.WriteAsked, now_s: float) -> Frame | None:
-        refused = self.objects.store.write(
-            ask.place, ask.data, exact=ask.exact, refusal=self._refusal
-        )
-        if refused is not None:
-            return self.sdo.refuse(ask, refused)
-        accepted = self.sdo.accept(ask)
-        self._written((ask.place,), now_s)
-        return accepted
+    def _write(self, place: Place, data: bytes, exact: bool) -> AbortCode | None:
+        """Write a client's bytes; return why not, if that is refused."""
+        refused = self.objects.store.write(place, data, exact, refusal=self._refusal)
+        if refused is None:
+            self._written((place,), self._now_s)
+        return refused
 
     # Objects.
 
@@ -201,8 +187,7 @@ class Cia402Node:
             return math.inf
         if self.port.booting:
             return min(self.port.boots_s, self.states.due_s)
-        due_s = min(self.beat_s, self.silent_s, self.states.due_s)
-        return min(due_s, self.pdos.due_s) if self._by_pdo else due_s
+        return min(self.beat_s, self.silent_s, self.states.due_s)
 
     def live(self, now_s: float) -> None:
         """Do what is due by now."""
@@ -222,7 +207,6 @@ class Cia402Node:
             if not self.objects.number_of(canopen.ERROR_BEHAVIOUR, 0):
                 self.nmt.failed()
         self.states.live(now_s)
-        self._tell_changes(now_s)
 
     def beat_on(self, now_s: float) -> None:
         """Schedule the next heartbeat. All drives with one period send together: fewer wake-ups."""
@@ -275,8 +259,10 @@ class Cia402Node:
         self.port.boots_s = now_s + RESET_S
 
     def _forget_talk(self) -> None:
-        self.nmt, self.sdo = canopen.NmtNode(self.number), canopen.SdoServer(self.number)
-        self._sdo_id = _SDO + self.number
+        self.nmt = canopen.NmtNode(self.number)
+        self.sdo = canopen.SdoServer(self.number, self._tell, self._write)
+        self._now_s = 0.0
+        self._sdo_id: int = _SDO + self.number
         self._ids = frozenset((NMT, SYNC, self._sdo_id))
         self.beat_s = math.inf
         """When its next heartbeat is due."""
@@ -358,7 +344,6 @@ class Cia402Node:
         """Restore the saved state; nothing sags, since the saved arm has sagged already."""
         self.states.machine.recall(state, faulty=bool(self.states.active_errors))
         self.motor.recall(self.port.powered and self.states.state.holds)
-        self.motion.goal = self.motor.counts
 
 
 # --- What is saved of a drive ---------------------------------------------------------------------

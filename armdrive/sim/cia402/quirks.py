@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from armdrive.text.toml import setting
 
-PROFILE = 402
 # The bit rates of CiA 301.
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
 _UNKNOWN = "not measured on any real drive"
@@ -31,8 +30,6 @@ class Cia402Quirks:
         "objects that the drives lack, for example 60C2; several are joined by +")
     constant: str = setting("",
         "objects that cannot be written, for example 60C2:02=-3; several are joined by +")
-    profile: int = setting(PROFILE,
-        "the device profile that object 1000 reports", low=0, high=0xFFFF)
     following_window: int = setting(-1,
         "following error window at power-on, in increments; -1: as in the EDS")
 
@@ -50,9 +47,6 @@ class Cia402Quirks:
         "increments/s² that a unit of ramps is; 0: the unit of speed, a second",
         low=0.0, high=1e6,
         source="makers differ: tenths of rpm/s (Roboteq, CANBus Networking Manual, 0x6083)")
-    limits: bool = setting(False,
-        "a drive that runs into a pressed limit switch does a quick stop",
-        source="the profile leaves it to the maker")
     keeps_position: bool = setting(False,
         "after power-on drives have their old position instead of 0",
         source="depends on the encoder: absolute ones keep it, incremental ones do not")
@@ -60,6 +54,9 @@ class Cia402Quirks:
 
 # What cannot be chosen: name, what drives do, source.
 ALWAYS: tuple[tuple[str, str, str], ...] = (
+    ("by_sync", "a drive sends its TPDOs upon SYNC alone", "a simplification"),
+    ("absolute", "each set-point of profile position is absolute, and obeyed at once; no halt",
+     "a simplification: armdrive uses no others"),
     ("answers", "a drive has a frame ready after 1 ms", f"guess: {_UNKNOWN}"),
     ("boots", "the boot-up message comes 0.5 s after power or a reset", f"guess: {_UNKNOWN}"),
     ("resets", "the boot-up message comes 20 ms after a communication reset",

@@ -21,7 +21,6 @@ from firmware_protocol.canopen import (
 
 PDO_TOO_SHORT = 0x8210
 TOO_FAR_BEHIND = 0x8611
-LIMIT_REACHED = 0x8612
 
 # The kind of an error by the first digit of its code; all others are of the profile.
 _KINDS = {
@@ -31,24 +30,20 @@ _KINDS = {
 }
 _OF_TALK = range(0x8100, 0x8300)
 _FAULT_RESET = 15
-# The braking ramp for each option of 605A; other options use none.
+# The braking ramp for options of 605A, if it is not that of the quick stop.
 _QUICK_STOP_RAMPS = {
     QuickStopOption.RAMP: canopen.PROFILE_DECELERATION,
     QuickStopOption.RAMP_AND_STAY: canopen.PROFILE_DECELERATION,
-    QuickStopOption.QUICK_RAMP: canopen.QUICK_STOP_DECELERATION,
-    QuickStopOption.QUICK_RAMP_AND_STAY: canopen.QUICK_STOP_DECELERATION,
 }
-_FREE_AT_ONCE, _BY_QUICK_RAMP = 0, 2
-# The braking ramp for options of 605E, if it is not that of the quick stop.
-_FAULT_RAMPS = {1: canopen.PROFILE_DECELERATION}
+# The option of 605E to free the motor at once; with all others it brakes first.
+_FREE_AT_ONCE = 0
 _FAULT = 1
 # The reactions to a missing master (6007), besides nothing and a fault.
 _REACTIONS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}
 _FAULTY = (DriveState.FAULT, DriveState.FAULT_REACTION)
 _OBEYING = (DriveState.ENABLED, DriveState.QUICK_STOP)
 _UNWATCHED = 0xFFFF_FFFF
-_OF_MODE = StatusBit.REACHED | StatusBit.ACKNOWLEDGED
-_OF_MODE_MASK = int(_OF_MODE)
+_OF_MODE_MASK = int(StatusBit.REACHED | StatusBit.ACKNOWLEDGED)
 # What the end of a motion means in these states.
 _ENDS = {
     DriveState.FAULT_REACTION: Happening.REACTED,
@@ -96,32 +91,27 @@ class Cia402States:
     @property
     def follows(self) -> bool:
         """Whether it follows cyclic targets: at the start, that may be an old one."""
-        cyclic = self.mode == OperationMode.CYCLIC_POSITION
-        return cyclic and self.enabled and not self.machine.points.halted
+        return self.mode == OperationMode.CYCLIC_POSITION and self.enabled
 
     # Orders of a master.
 
     def control(self, now_s: float) -> None:
         """Obey the controlword in its object."""
         word = canopen.Controlword(self._objects.number_of(canopen.CONTROLWORD, 0))
-        halted = self.machine.points.halted
-        target = self._objects.number_of(canopen.TARGET_POSITION, 0)
-        taken, point = self.machine.control(word, target)
+        taken, is_new = self.machine.control(word)
         self._take(taken, now_s)
         if not self.enabled:
             return
+        if self.mode == OperationMode.PROFILE_POSITION:
+            if is_new:
+                self._motion.go(now_s)
+            return
+        self.machine.points.active = False
         if self.mode == OperationMode.HOMING:
-            if not word.has(canopen.ControlBit.NEW_SET_POINT) or self.machine.points.halted:
+            if not word.has(canopen.ControlBit.NEW_SET_POINT):
                 self._motion.break_off_homing(now_s)
-            elif point is not None:
-                self._forget_targets()
+            elif is_new:
                 self._motion.home(now_s)
-        elif self.mode == OperationMode.PROFILE_POSITION:
-            self._go_to(point, now_s, halted=halted)
-        else:
-            self._forget_targets()
-            if self.machine.points.halted and not halted and self._motion.moving(now_s):
-                self._motion.slow_down(now_s)
 
     def set_mode(self, mode: int, now_s: float) -> None:
         """Change the mode; a motion under way brakes."""
@@ -131,7 +121,7 @@ class Cia402States:
             self._motion.slow_down(now_s)
         self.mode = mode
         self._motion.end_search()
-        self._forget_targets()
+        self.machine.points.active = False
 
     def set_quick_stop(self) -> None:
         """Adopt the quick stop option (605A)."""
@@ -149,30 +139,15 @@ class Cia402States:
                 self._following_error = False
                 self.over()
             if row.end is DriveState.QUICK_STOP:
-                ramp = _QUICK_STOP_RAMPS.get(self.machine.quick_stop)
+                option = self.machine.quick_stop
+                ramp = _QUICK_STOP_RAMPS.get(option, canopen.QUICK_STOP_DECELERATION)
                 self._motion.break_off_homing(now_s)
-                self._motion.brake(math.inf if ramp is None else self._motion.slope(ramp), now_s)
-            if row.end is DriveState.ENABLED:
-                if not self._motor.holding:
-                    self._motor.hold(now_s)
-                self._motion.stay()
+                self._motion.brake(self._motion.slope(ramp), now_s)
+            if row.end is DriveState.ENABLED and not self._motor.holding:
+                self._motor.hold(now_s)
             if not row.end.holds:
                 self._behind_since_s = math.inf
                 self._motion.let_go(now_s)
-
-    def _go_to(self, point: canopen.SetPoint | None, now_s: float, *, halted: bool) -> None:
-        points = self.machine.points
-        if point is not None:
-            self._motion.aim(point)
-        if points.halted:
-            if not halted:
-                self._motion.slow_down(now_s)
-        elif point is not None or (halted and points.active is not None):
-            self._motion.go(now_s)
-
-    def _forget_targets(self) -> None:
-        while self.machine.points.active is not None:
-            self.machine.points.arrived()
 
     # Supervision by the drive itself.
 
@@ -184,11 +159,9 @@ class Cia402States:
         return min(self._motion.due_s, self._behind_since_s + self._patience_s)
 
     def live(self, now_s: float) -> None:
-        """Supervise the shaft, the switch and the end of a motion."""
+        """Supervise the shaft, a search and the end of a motion."""
         self._watch_shaft(now_s)
-        if self._motion.watch_switch(now_s) and self.enabled:
-            self._report(LIMIT_REACHED)
-            self.command(Command.QUICK_STOP, now_s)
+        self._motion.watch_switch(now_s)
         self._watch_end(now_s)
 
     @property
@@ -221,18 +194,10 @@ class Cia402States:
                 self._take((row,), now_s)
             return
         motion.waits = not motion.arrived
-        if motion.waits:
-            return
-        motion.ends = False
-        if points.halted:
-            points.stood()
-        elif self.mode == OperationMode.PROFILE_POSITION and points.active is not None:
-            after = points.arrived()
-            if after is not None:
-                motion.aim(after)
-                motion.go(now_s)
+        if not motion.waits:
+            motion.ends = points.active = False
 
-    # Errors: EMCY, error register, error code, history.
+    # Errors: EMCY, error register, error code.
 
     def fault(self, code: int, now_s: float) -> None:
         """Go into fault and report why: brake as 605E says, then free the motor."""
@@ -243,10 +208,10 @@ class Cia402States:
         if changed is None:
             return
         self._motion.break_off_homing(now_s)
-        reaction = self._objects.number_of(canopen.FAULT_REACTION_OPTION, _BY_QUICK_RAMP)
-        ramp = _FAULT_RAMPS.get(reaction, canopen.QUICK_STOP_DECELERATION)
+        reaction = self._objects.number_of(canopen.FAULT_REACTION_OPTION, 2)
         free = not self._motor.holding or reaction == _FREE_AT_ONCE
-        self._motion.brake(math.inf if free else self._motion.slope(ramp), now_s)
+        slope = math.inf if free else self._motion.slope(canopen.QUICK_STOP_DECELERATION)
+        self._motion.brake(slope, now_s)
 
     def fix(self, code: int) -> None:
         """Remove the cause of an error; the fault itself must still be reset."""
@@ -268,8 +233,6 @@ class Cia402States:
         register = self._objects.number_of(canopen.ERROR_REGISTER, 0)
         self._objects.keep(canopen.ERROR_REGISTER, canopen.ErrorRegister.GENERIC | kind | register)
         self._objects.keep(canopen.ERROR_CODE, code)
-        self._objects.keep(canopen.LAST_ERROR, code)
-        self._objects.keep(canopen.ERROR_COUNT, 1)
         self._emcy(code)
 
     # A lost master: object 6007.
@@ -301,7 +264,7 @@ class Cia402States:
 
     def statusword(self, now_s: float, *, withheld: bool) -> canopen.Statusword:
         """Return its statusword; if `withheld`, without the report that a target is reached."""
-        common = _common(self._following_error, self._motion.limited, self.master_lost)
+        common = _common(self._following_error, self.master_lost)
         word = self.machine.statusword(common)
         if not self.enabled:
             moves = self._motion.moving(now_s)
@@ -317,8 +280,7 @@ class Cia402States:
             case OperationMode.PROFILE_POSITION:
                 return bits & ~StatusBit.REACHED if withheld else bits
             case OperationMode.CYCLIC_POSITION:  # it follows its targets; bit 10 says nothing
-                halted = self.machine.points.halted
-                return StatusBit(0) if halted else StatusBit.ACKNOWLEDGED
+                return StatusBit.ACKNOWLEDGED
             case OperationMode.HOMING:
                 if motion.homing is Homing.FAILED:
                     return StatusBit.FOLLOWING_ERROR | StatusBit.REACHED
@@ -331,8 +293,7 @@ class Cia402States:
 
 
 @cache
-def _common(following_error: bool, limited: bool, master_lost: bool) -> StatusBit:
+def _common(following_error: bool, master_lost: bool) -> StatusBit:
     bits = StatusBit.VOLTAGE
     bits |= StatusBit.FOLLOWING_ERROR if following_error else StatusBit(0)
-    bits |= StatusBit.LIMITED if limited else StatusBit(0)
     return bits | StatusBit.WARNING if master_lost else bits

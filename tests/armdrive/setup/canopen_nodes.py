@@ -39,7 +39,8 @@ class Device:
 
     def __post_init__(self) -> None:
         kept = [entry for entry in OBJECTS if entry.place not in self.missing]
-        self.store, self.server = ObjectStore(Dictionary(kept), self.number), SdoServer(self.number)
+        self.store = ObjectStore(Dictionary(kept), self.number)
+        self.server = SdoServer(self.number, self.store.read, self.store.write)
 
     def has(self, values: dict[Place, object]) -> Device:
         for place, value in values.items():
@@ -49,10 +50,8 @@ class Device:
     def hear(self, frame: Frame) -> list[Frame]:
         if self.state is NodeState.STOPPED:
             return []
-        answers = [self.server.receive_frame(frame)]
-        while (event := self.server.next_event()) is not None:
-            answers.append(self.store.answer(self.server, event))
-        return [each for each in answers if each is not None]
+        answer = self.server.receive_frame(frame)
+        return [] if answer is None else [answer]
 
 
 class NodesBus:

@@ -1,10 +1,7 @@
-"""A CiA 402 drive, from boot to fault, and under damaged frames."""
-
-import random
+"""A CiA 402 drive: its states, words, units and set-points."""
 
 import pytest
-from amounts import amount, every_row
-from chunks import events
+from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -27,10 +24,7 @@ from firmware_protocol.canopen import (
     supported_word,
     transition,
 )
-from firmware_protocol.canopen.sdo import EVENTS_MAX, SIZE_MAX
 from firmware_protocol.errors import BadField
-from firmware_protocol.events import Overrun
-from firmware_protocol.frames import Frame
 
 WORDS = st.integers(0, 0xFFFF)
 NEXT = {
@@ -54,12 +48,7 @@ ORDERS = (
 )
 
 
-UPWARDS = (
-    Command.SHUT_DOWN,
-    Command.SWITCH_ON,
-    Command.ENABLE_OPERATION,
-    Command.QUICK_STOP,
-)
+# How many of the first commands lead from "switch on disabled" to each state.
 LAST = {
     DriveState.DISABLED: 0,
     DriveState.READY: 1,
@@ -67,7 +56,6 @@ LAST = {
     DriveState.ENABLED: 3,
     DriveState.QUICK_STOP: 4,
 }
-"""How many of these commands lead from "switch on disabled" to each state."""
 
 
 def drive_in(state, quick_stop=QuickStopOption.QUICK_RAMP_AND_STAY) -> DriveDevice:
@@ -82,7 +70,7 @@ def drive_in(state, quick_stop=QuickStopOption.QUICK_RAMP_AND_STAY) -> DriveDevi
             drive.happen(Happening.REACTED)
             drive.fix()
         return drive
-    for command in UPWARDS[: LAST[state]]:
+    for command in ORDERS[: LAST[state]]:
         drive.control(Controlword.of(command))
     assert drive.state is state
     return drive
@@ -100,23 +88,6 @@ def test_every_controlword_does_in_every_state_what_the_figure_says(state):
         assert drive.state is (state if ends == "-" else DriveState[ends]), word
 
 
-@every_row("state", DriveState)
-@every_row("happening", Happening)
-def test_every_happening_changes_the_state_as_the_figure_says(state, happening):
-    ends = {
-        (DriveState.NOT_READY, Happening.INITIALISED): DriveState.DISABLED,
-        (DriveState.QUICK_STOP, Happening.QUICK_STOPPED): DriveState.DISABLED,
-        (DriveState.FAULT_REACTION, Happening.REACTED): DriveState.FAULT,
-    }
-    in_fault = (DriveState.FAULT_REACTION, DriveState.FAULT)
-    if happening is Happening.FAULT and state not in in_fault:
-        ends[state, happening] = DriveState.FAULT_REACTION
-    drive = drive_in(state)
-    drive.quick_stop = QuickStopOption.QUICK_RAMP
-    drive.happen(happening)
-    assert drive.state is ends.get((state, happening), state)
-
-
 def test_the_table_has_every_number_of_the_standard_and_a_cause_has_one_effect():
     assert {row.number for row in TRANSITIONS} == set(range(1, 17))
     assert len({(row.begin, row.cause) for row in TRANSITIONS}) == len(TRANSITIONS)
@@ -126,12 +97,14 @@ def test_the_table_has_every_number_of_the_standard_and_a_cause_has_one_effect()
 
 
 def test_a_fault_is_reset_by_a_rising_bit_and_not_while_it_lasts():
-    drive = drive_in(DriveState.FAULT)
-    drive.happen(Happening.FAULT)
+    drive = drive_in(DriveState.ENABLED)
+    assert drive.happen(Happening.FAULT).end is DriveState.FAULT_REACTION
+    assert drive.happen(Happening.FAULT) is None
+    assert drive.happen(Happening.REACTED).end is DriveState.FAULT
     reset = Controlword.of(Command.FAULT_RESET)
-    assert drive.control(reset) == ((), None)
+    assert drive.control(reset) == ((), False)
     drive.fix()
-    assert drive.control(reset) == ((), None)  # the bit is still up
+    assert drive.control(reset) == ((), False)  # the bit is still up
     drive.control(Controlword(0))
     ((row,), _) = drive.control(reset)
     assert (row.number, drive.state) == (15, DriveState.DISABLED)
@@ -163,7 +136,7 @@ def test_no_order_of_words_and_happenings_leaves_the_table(script):
         elif isinstance(step, Happening):
             drive.happen(step)
         else:
-            drive.control(Controlword(step), 5)
+            drive.control(Controlword(step))
         assert drive.statusword().state is drive.state
         assert before is drive.state or way_of_one_step(before, drive.state)
 
@@ -268,66 +241,81 @@ def test_a_unit_of_speed_is_told_in_increments_a_second(word, unit_hz):
     assert found is unit_hz is None or found == pytest.approx(unit_hz)
 
 
-# -- Damaged frames --------------------------------------------------------------------------------
+# -- set-points -----------------------------------------------------------------------------------
 
-FUZZED = 5
-
-
-COMMANDS = (0x00, 0x10, 0x20, 0x21, 0x23, 0x2F, 0x30, 0x40, 0x41, 0x4B, 0x60, 0x70, 0x80, 0xA0)
-PLACE = canopen.Place(0x1008)
+IDLE, READY, ACK = 0x0637, 0x0237, 0x1237
 
 
-def frame(rng: random.Random, can_id: int) -> Frame:
-    """Return a frame that is often almost right."""
-    if rng.random() < 0.1:
-        can_id = rng.randrange(0x800)
-    if rng.random() < 0.3:
-        return Frame(can_id, rng.randbytes(rng.randrange(9)))
-    size = rng.choice((0, 1, 9, 40)).to_bytes(4, "little")
-    return Frame(can_id, bytes((rng.choice(COMMANDS),)) + PLACE.packed + size)
+def heard(host, *values) -> list[bool]:
+    return [host.receive(Statusword(value)) for value in values]
 
 
-@pytest.mark.parametrize("fetches", [True, False])
-@pytest.mark.parametrize("seed", range(amount(1, 3)))
-def test_a_client_bears_anything(seed, fetches):
-    rng, client = random.Random(seed), canopen.SdoClient(FUZZED)
-    for _ in range(amount(1500, 100_000)):
-        if client.busy is None:
-            size = rng.choice((0, 2, 4))
-            client.download(PLACE, bytes(size)) if size else client.upload(PLACE)
-        answer = client.receive_frame(frame(rng, 0x580 + FUZZED))
-        assert answer is None or (answer.can_id, len(answer.data)) == (0x600 + FUZZED, 8)
-        if fetches:
-            events(client)
-        elif rng.random() < 0.01:
-            client.abandon()
-    waiting = events(client)
-    assert len(waiting) <= EVENTS_MAX + 1
-    assert fetches or isinstance(waiting[0], Overrun)
+def test_a_target_is_asked_for_acknowledged_released_and_reached():
+    host = canopen.SetPointHost()
+    assert [
+        (host.controlword.value, host.phase, *heard(host, value))
+        for value in (IDLE, ACK, READY, READY, IDLE, IDLE)
+    ] == [
+        (0x2F, canopen.SetPointPhase.WAITING, False),
+        (0x3F, canopen.SetPointPhase.ASKING, False),
+        (0x2F, canopen.SetPointPhase.RELEASING, False),
+        (0x2F, canopen.SetPointPhase.UNDER_WAY, False),
+        (0x2F, canopen.SetPointPhase.UNDER_WAY, True),
+        (0x2F, canopen.SetPointPhase.FREE, False),
+    ]
+    host = canopen.SetPointHost()  # what was reached before is not believed
+    assert heard(host, IDLE, IDLE, IDLE | 0x1000, IDLE | 0x1000, IDLE) == [*[False] * 4, True]
+    host = canopen.SetPointHost()  # room is waited for
+    assert not any(heard(host, ACK, ACK))
+    assert not host.controlword.has(ControlBit.NEW_SET_POINT)
+    heard(host, READY)
+    assert host.controlword.has(ControlBit.NEW_SET_POINT)
 
 
-@pytest.mark.parametrize("answers", [True, False])
-@pytest.mark.parametrize("seed", range(amount(1, 3)))
-def test_a_server_bears_anything(seed, answers):
-    rng, server = random.Random(seed), canopen.SdoServer(FUZZED)
-    asked = 0
-    for _ in range(amount(1500, 100_000)):
-        answer = server.receive_frame(frame(rng, 0x600 + FUZZED))
-        assert answer is None or (answer.can_id, len(answer.data)) == (0x580 + FUZZED, 8)
-        for event in events(server) if answers else ():
-            asked += isinstance(event, canopen.ReadAsked | canopen.WriteAsked)
-            if isinstance(event, canopen.ReadAsked):
-                server.supply(event, bytes(rng.choice((0, 4, 20))))
-            elif isinstance(event, canopen.WriteAsked):
-                assert len(event.data) <= SIZE_MAX
-                server.accept(event)
-    assert len(events(server)) <= EVENTS_MAX + 1
-    assert bool(asked) == answers
+def test_a_bit_that_was_up_before_enabling_moves_nothing():
+    drive = drive_in(DriveState.DISABLED)
+    for value in (0x06, 0x07, 0x1F, 0x1F):
+        assert not drive.control(Controlword(value))[1]
+    assert drive.state is DriveState.ENABLED
+    assert not drive.points.active
 
 
-def test_a_node_bears_anything():
-    rng, node = random.Random(1), canopen.NmtNode(FUZZED)
-    for _ in range(500):
-        node.booted()
-        node.receive_frame(Frame(rng.choice((0, 0x705)), rng.randbytes(rng.randrange(4))))
-        assert node.heartbeat.frame.can_id == 0x705
+def test_a_drive_that_loses_its_state_loses_its_target():
+    drive = drive_in(DriveState.ENABLED)
+    assert drive.control(Controlword(0x3F))[1]
+    assert not drive.control(Controlword(0x3F))[1]
+    drive.happen(Happening.FAULT)
+    assert not drive.points.active
+    assert drive.control(Controlword(0x3F)) == ((), False)
+
+
+STEPS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=12)
+
+
+@given(st.lists(st.tuples(st.integers(-9, 9), STEPS), min_size=1, max_size=5))
+def test_reached_is_said_only_where_the_drive_is_and_lost_words_only_delay_it(script):
+    """Master and drive hear each other's words only now and then."""
+    drive, position, goal = drive_in(DriveState.ENABLED), 0, 0
+    for target, steps in script:
+        host, reached = canopen.SetPointHost(), False
+        for down, up, moves in (*steps, *[(True, True, True)] * 4):
+            if down and drive.control(host.controlword)[1]:
+                goal = target
+            if moves and drive.points.active:
+                position, drive.points.active = goal, False
+            if up and host.receive(drive.statusword()):
+                assert not reached
+                assert position == target
+                reached = True
+        assert reached
+
+
+@given(st.lists(ANY_WORD))
+def test_any_statusword_in_any_phase_is_borne(values):
+    host = canopen.SetPointHost()
+    for value in values:
+        host.receive(Statusword(value))
+        enabled_still = Statusword(value).state is DriveState.ENABLED
+        assert enabled_still or host.phase is canopen.SetPointPhase.FREE
+        asking = host.controlword.has(ControlBit.NEW_SET_POINT)
+        assert asking == (host.phase is canopen.SetPointPhase.ASKING)

@@ -1,6 +1,4 @@
-"""PDOs of both sides, and the set-points of a drive."""
-
-import math
+"""PDOs of both sides."""
 
 import pytest
 from amounts import every_row
@@ -37,17 +35,6 @@ def test_the_first_received_pdo_is_set_up_in_this_order():
         "1400:02 01",
         "1400:01 00000205",
     ]
-
-
-@pytest.mark.parametrize(
-    ("direction", "ids"),
-    [
-        (canopen.Direction.TRANSMITTED, [0x185, 0x285, 0x385, 0x485]),
-        (canopen.Direction.RECEIVED, [0x205, 0x305, 0x405, 0x505]),
-    ],
-)
-def test_the_first_four_have_ids(direction, ids):
-    assert [canopen.PdoSetup(direction, number, 5, STATE).frame_id for number in range(1, 5)] == ids
 
 
 @given(st.lists(st.sampled_from(FIXED), min_size=1, max_size=8), st.data())
@@ -119,12 +106,11 @@ IN, OUT = 0x201, 0x181
 class Owner:
     """Objects by their places, and what was said and brought."""
 
-    def __init__(self, transmission, inhibit=0, event_ms=0):
+    def __init__(self, transmission):
         self.values = {
             canopen.Place(0x1400, 1): IN, canopen.Place(0x1400, 2): transmission,
             canopen.Place(0x1600, 0): 1, canopen.Place(0x1600, 1): 0x60400010,
             canopen.Place(0x1800, 1): OUT, canopen.Place(0x1800, 2): transmission,
-            canopen.Place(0x1800, 3): inhibit, canopen.Place(0x1800, 5): event_ms,
             canopen.Place(0x1A00, 0): 1, canopen.Place(0x1A00, 1): 0x60410010,
         }  # fmt: skip
         self.said, self.brought = [], []
@@ -148,27 +134,12 @@ def test_by_sync_it_tells_how_it_stood_and_then_acts():
     assert len(owner.brought) == 1
 
 
-@pytest.mark.parametrize(("transmission", "sent"), [(1, 6), (3, 2), (0, 1)])
-def test_it_goes_with_every_sync_every_so_many_or_after_a_change(transmission, sent):
-    owner = Owner(transmission)
-    for beat in range(6):
-        owner.pdos.sync(beat / 10)
-    assert len(owner.said) == sent
-
-
-def test_on_event_it_goes_at_a_change_no_sooner_than_its_inhibit_time_and_by_its_timer():
-    owner = Owner(transmission=255, inhibit=100, event_ms=500)  # 10 ms and 500 ms
-    owner.pdos.tell_changes(0.0)
-    assert len(owner.said) == 1
-    assert owner.pdos.due_s == 0.5
-    owner.values[STATE_PLACE] = 7
-    owner.pdos.tell_changes(0.005)
-    assert len(owner.said) == 1
-    assert owner.pdos.due_s == pytest.approx(0.01)
-    owner.pdos.tell_changes(0.01)
-    assert owner.said[1:] == [b"\x07\x00"]
-    owner.pdos.tell_changes(0.51)
-    assert owner.said[2:] == [b"\x07\x00"]
+def test_it_goes_with_every_sync_or_every_so_many_and_not_by_itself():
+    for transmission, sent in ((1, 6), (3, 2), (255, 0)):
+        owner = Owner(transmission)
+        for beat in range(6):
+            owner.pdos.sync(beat / 10)
+        assert len(owner.said) == sent
 
 
 def test_one_that_is_too_short_is_refused_and_one_at_once_acts_at_once():
@@ -184,7 +155,8 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
     owner.values[canopen.Place(0x1A00, 1)] = 0x12340010
     owner.pdos.rebuild()
     assert not owner.pdos.received
-    assert owner.pdos.due_s == math.inf
+    owner.pdos.sync(0.0)
+    assert not owner.said
 
 
 @every_row(
@@ -219,144 +191,3 @@ def test_only_what_can_be_written_is_mapped_into_a_received_one(word, refused):
     owner = Owner(transmission=1)
     owner.values |= {canopen.Place(0x1400, 1): canopen.NOT_VALID | IN, canopen.Place(0x1600, 0): 0}
     assert owner.pdos.refusal(canopen.Place(0x1600, 1), word) is refused
-
-
-# -- Set-points ------------------------------------------------------------------------------------
-
-IDLE, READY, ACK, MOVING = 0x0637, 0x0237, 0x1237, 0x0237
-
-
-def enabled() -> canopen.DriveDevice:
-    drive = canopen.DriveDevice()
-    drive.happen(canopen.Happening.INITIALISED)
-    for command in (canopen.Command.SHUT_DOWN, canopen.Command.ENABLE_OPERATION):
-        drive.control(canopen.Controlword.of(command))
-    return drive
-
-
-def heard(host, *values) -> list[bool]:
-    return [host.receive(canopen.Statusword(value)) for value in values]
-
-
-def test_a_target_is_asked_for_acknowledged_released_and_reached():
-    host = canopen.SetPointHost()
-    assert [
-        (host.controlword.value, host.phase, *heard(host, value))
-        for value in (IDLE, ACK, READY, MOVING, IDLE, IDLE)
-    ] == [
-        (0x2F, canopen.SetPointPhase.WAITING, False),
-        (0x3F, canopen.SetPointPhase.ASKING, False),
-        (0x2F, canopen.SetPointPhase.RELEASING, False),
-        (0x2F, canopen.SetPointPhase.UNDER_WAY, False),
-        (0x2F, canopen.SetPointPhase.UNDER_WAY, True),
-        (0x2F, canopen.SetPointPhase.FREE, False),
-    ]
-
-
-def test_what_was_reached_before_is_not_believed():
-    host = canopen.SetPointHost()
-    assert heard(host, IDLE, IDLE, IDLE | 0x1000, IDLE | 0x1000, IDLE) == [*[False] * 4, True]
-
-
-def test_room_is_waited_for():
-    host = canopen.SetPointHost()
-    assert not any(heard(host, ACK, ACK))
-    assert not host.controlword.has(canopen.ControlBit.NEW_SET_POINT)
-    heard(host, READY)
-    assert host.controlword.has(canopen.ControlBit.NEW_SET_POINT)
-
-
-@every_row("word", [0x0218, 0x0217, 0x0233, 0x0001])
-def test_a_drive_that_is_not_enabled_has_lost_its_target(word):
-    host = canopen.SetPointHost()
-    heard(host, IDLE, ACK)
-    assert heard(host, word, word) == [False, False]
-    assert host.phase is canopen.SetPointPhase.FREE
-
-
-def test_a_bit_that_was_up_before_enabling_moves_nothing():
-    drive = canopen.DriveDevice()
-    drive.happen(canopen.Happening.INITIALISED)
-    for value in (0x06, 0x07, 0x1F, 0x1F):
-        assert drive.control(canopen.Controlword(value), 100)[1] is None
-    assert drive.state is canopen.DriveState.ENABLED
-    assert drive.points.active is None
-
-
-def test_a_drive_that_is_enabled_halted_stays_where_it_is():
-    drive = canopen.DriveDevice()
-    drive.happen(canopen.Happening.INITIALISED)
-    for value in (0x06, 0x07, 0x10F):
-        drive.control(canopen.Controlword(value))
-    assert drive.points.halted
-    assert drive.statusword().has(canopen.StatusBit.REACHED)
-
-
-def test_a_halted_drive_says_when_it_stands_and_goes_on_when_it_may():
-    drive = enabled()
-    reached = []
-    for value in (0x1F, 0x10F, 0x10F, 0x0F):
-        drive.control(canopen.Controlword(value), 100)
-        reached.append(drive.statusword().has(canopen.StatusBit.REACHED))
-        if len(reached) == 2:
-            drive.points.stood()
-    assert reached == [False, False, True, False]
-    assert drive.points.active == canopen.SetPoint(100, False, False)
-
-
-def test_a_drive_takes_one_target_and_keeps_one_behind_it():
-    drive = enabled()
-    first, second, third = (canopen.SetPoint(target, False, False) for target in (10, 20, 30))
-    put = dict.fromkeys((first, second, third))
-    for point in put:
-        put[point] = drive.control(canopen.Controlword(0x1F), point.target)[1]
-        drive.control(canopen.Controlword(0x0F), point.target)
-    assert list(put.values()) == [first, None, None]
-    assert drive.statusword().has(canopen.StatusBit.ACKNOWLEDGED)  # no room
-    assert drive.points.arrived() == second
-    assert not drive.statusword().has(canopen.StatusBit.ACKNOWLEDGED)
-    assert drive.control(canopen.Controlword(0x7F), 5)[1] == canopen.SetPoint(5, True, True)
-    assert not drive.statusword().has(canopen.StatusBit.REACHED)
-    assert drive.points.arrived() is None
-    assert drive.statusword().has(canopen.StatusBit.REACHED)
-
-
-def test_a_drive_that_loses_its_state_loses_its_targets():
-    drive = enabled()
-    drive.control(canopen.Controlword(0x1F), 10)
-    drive.happen(canopen.Happening.FAULT)
-    assert drive.points.active is None
-    assert drive.control(canopen.Controlword(0x3F), 10) == ((), None)
-
-
-STEPS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=12)
-
-
-@given(st.lists(st.tuples(st.integers(-9, 9), STEPS), min_size=1, max_size=5))
-def test_reached_is_said_only_where_the_drive_is_and_lost_words_only_delay_it(script):
-    """Master and drive hear each other's words only now and then."""
-    drive, position = enabled(), 0
-    for target, steps in script:
-        host, reached = canopen.SetPointHost(), False
-        for down, up, moves in (*steps, *[(True, True, True)] * 4):
-            if down:
-                drive.control(host.controlword, target)
-            if moves and drive.points.active is not None:
-                position = drive.points.active.target
-                drive.points.arrived()
-            if up and host.receive(drive.statusword()):
-                assert not reached
-                assert position == target
-                reached = True
-        assert reached
-
-
-@given(st.lists(st.integers(0, 0xFFFF)))
-def test_any_statusword_in_any_phase_is_borne(values):
-    host = canopen.SetPointHost()
-    for value in values:
-        host.receive(canopen.Statusword(value))
-        enabled_still = canopen.Statusword(value).state is canopen.DriveState.ENABLED
-        assert enabled_still or host.phase is canopen.SetPointPhase.FREE
-        asking = host.controlword.has(canopen.ControlBit.NEW_SET_POINT)
-        assert asking == (host.phase is canopen.SetPointPhase.ASKING)

@@ -50,16 +50,12 @@ def write(node, place, data):
 
 
 def answer(node, place, data):
-    """Return what a server tells that is asked for an object, in one frame or the first of some."""
-    server = SdoServer(node)
-    server.receive_frame(SdoClient(node).upload(place))
-    return server.supply(server.next_event(), data)
+    """Return the answer to a question for an object: its data, in one frame or the first of some.
 
-
-def refusal(node, place, code):
-    server = SdoServer(node)
-    server.receive_frame(SdoClient(node).upload(place))
-    return server.refuse(server.next_event(), code)
+    `data` may be the reason why it is refused.
+    """
+    server = SdoServer(node, lambda _place: data, lambda *_: None)
+    return server.receive_frame(SdoClient(node).upload(place))
 
 
 def pdo(service, node, text):
@@ -89,7 +85,7 @@ CONVERSATION = (
      "node 1: write 1600:02 RPDO1 object 2: 6060:00 Modes of operation, 8 bits"),
     (write(1, Place(0x1801, 1), bytes.fromhex("81020080")), REQUEST,
      "node 1: write 1801:01 TPDO2 COB-ID: 281, switched off"),
-    (refusal(1, Place(0x60C2, 1), AbortCode.NO_OBJECT), ANSWER,
+    (answer(1, Place(0x60C2, 1), AbortCode.NO_OBJECT), ANSWER,
      "node 1: 60C2:01 Interpolation time period value aborted: there is no such object"),
     (answer(1, Place(0x2031, 4), b"\x01\x02"), ANSWER, "node 1: 2031:04: 01 02"),
     (pdo(Service.RPDO1, 4, "0F 00 08 10 27 00 00"), REQUEST,
@@ -126,13 +122,12 @@ def test_a_frame_is_described_in_words(frame, kind, words):
 
 
 def test_segments_are_described_with_their_object():
-    client, server, describer = SdoClient(5), SdoServer(5), CanopenFrameDescriber()
+    client, describer = SdoClient(5), CanopenFrameDescriber()
+    server = SdoServer(5, lambda _place: b"stepper 5", lambda *_: None)
     frame, said = client.upload(NAME), []
     for _ in range(6):
         said.append(describer.describe(frame))
         reply = server.receive_frame(frame)
-        if (asked := server.next_event()) is not None:
-            reply = server.supply(asked, b"stepper 5")
         said.append(describer.describe(reply))
         frame = client.receive_frame(reply)
         if frame is None:
@@ -250,7 +245,7 @@ WEIGHTS = (
     (answer(1, POSITION, bytes(4)), Weight.PASSING),
     (answer(1, NAME, b"abc"), Weight.SELF),
     (answer(1, MODE, b"\x08"), Weight.MOMENT),
-    (refusal(1, MODE, AbortCode.NO_OBJECT), Weight.MOMENT),
+    (answer(1, MODE, AbortCode.NO_OBJECT), Weight.MOMENT),
     (Emergency(1, 0x8611).frame, Weight.MOMENT),
     (Frame(0x7E5), Weight.ANSWER),
 )

@@ -12,7 +12,7 @@ canopen = pytest.importorskip("canopen")
 
 import can  # noqa: E402
 from canopen.objectdictionary.eds import import_eds  # noqa: E402
-from canopen.profiles.p402 import BaseNode402  # noqa: E402
+from canopen.profiles.p402 import BaseNode402, State402  # noqa: E402
 from cia402_sim import MASTER, arm_config  # noqa: E402
 from waiting import LONG_S, until  # noqa: E402
 
@@ -24,7 +24,7 @@ from firmware_protocol.frames import Frame, Unpacker, pack  # noqa: E402
 
 WAKES_S = 0.002
 """So often the drives live on while nobody says anything."""
-TARGET, EVENT_MS = 700, 10
+TARGET = 700
 
 
 class Living:
@@ -81,27 +81,19 @@ def bench(living):
 
 
 def test_they_read_the_objects_and_bring_the_drive_to_where_it_obeys(bench):
-    node = bench.node
-    assert node.sdo[0x1000].raw & 0xFFFF == 402
-    assert node.sdo[0x1008].raw == "Simulated CiA 402 servo drive"
-    node.nmt.state = "PRE-OPERATIONAL"
-    for parameters in (0x1800, 0x1801, 0x1802):
-        node.sdo[parameters][5].raw = EVENT_MS  # what came twice is waited for
-    node.setup_402_state_machine()
-    node.nmt.state = "OPERATIONAL"
-    node.op_mode = "PROFILED POSITION"  # in a PDO with a controlword of its own, which is 0
-    node.state = "OPERATION ENABLED"
-    assert bench.board.nodes[0].states.enabled
-    node.sdo[0x607A].raw = TARGET
+    sdo = bench.node.sdo
+    assert sdo[0x1000].raw & 0xFFFF == 402
+    assert sdo[0x1008].raw == "Simulated CiA 402 servo drive"
+    sdo[0x6060].raw = 1
+    for word in (0x06, 0x07, 0x0F):
+        sdo[0x6040].raw = word
+    assert State402.SW_MASK["OPERATION ENABLED"][1] == sdo[0x6041].raw & 0x6F
+    sdo[0x607A].raw = TARGET
     before = bench.device.world.motors
-    node.controlword = 0x3F
-    until(lambda: node.sdo[0x6041].raw & 0x0400 and node.sdo[0x6064].raw == TARGET)
-    node.controlword = 0x0F
+    sdo[0x6040].raw = 0x3F
+    until(lambda: sdo[0x6041].raw & 0x0400 and sdo[0x6064].raw == TARGET)
     assert bench.device.world.motors[0] - before[0] == TARGET
-    node.sdo[0x6098].raw = 37
-    assert node.homing(timeout=LONG_S)
-    assert node.sdo[0x6064].raw == 0
-    node.state = "SWITCH ON DISABLED"
+    sdo[0x6040].raw = 0
     assert not bench.board.nodes[0].motor.holding
 
 
