@@ -157,19 +157,16 @@ class AxisTable(PlainText):
         yield f"  {shown_name(row.name)[: self._name_width]:<{self._name_width}}", ""
         yield f"{row.value_text:>{VALUE_WIDTH}}", MARK_STYLES[row.sign] if row.sign else "bold"
         yield f"{row.sign:<2}", MARK_STYLES[row.sign]
-        # room for a bar between its two limits, else for a bar alone, else for none
-        room = width - (caps + 2 + self._name_width + VALUE_WIDTH + 2)
-        ends = room >= SHORTEST_BAR + ENDS_WIDTH
-        if row.limits is None or room <= SHORTEST_BAR:
+        room = width - (caps + 2 + self._name_width + VALUE_WIDTH + 2 + ENDS_WIDTH)
+        if row.limits is None or room < SHORTEST_BAR:
             return
         low, high = row.limits
-        bar = min(room - (ENDS_WIDTH if ends else 1), LONGEST_BAR)
-        before, mark, after = bar_parts(row.value, low, high, bar)
-        yield f" {low:>{LIMIT_WIDTH}.0f} " if ends else " ", "dim"
+        before, mark, after = bar_parts(row.value, low, high, min(room, LONGEST_BAR))
+        yield f" {low:>{LIMIT_WIDTH}.0f} ", "dim"
         yield before, "dim"
         yield mark, MARK_STYLES[row.sign]
         yield after, "dim"
-        yield f" {high:.0f}" if ends else "", "dim"
+        yield f" {high:.0f}", "dim"
 
     def _caps(self, pair: JogPair | None, width: int) -> Iterator[Span]:
         if pair is None:

@@ -198,11 +198,9 @@ class ProgramScreen(DeskScreen):
                 run.view, run.asks, keys, paused=status.paused, stepping=run.stepping
             )
             return
-        if not self.files.paths:
+        if checked is None:
             folder = self.files.folder
             yield f"no program (.arm) in {folder}: `armdrive jog --program FILE` names one", ""
-        elif checked is None:
-            yield "reading it ...", ""
         elif checked.program is None:
             # without the name of its file in each line; not `spoken`: it quotes lines of the file
             yield keys.presented(checked.error.replace(f"{checked.path}: ", "")), WRONG

@@ -80,13 +80,12 @@ class ProgramFiles:
         self.folder = folder
         self.paths: tuple[Path, ...] = ()
         self.checked: CheckedProgram | None = None
-        """The chosen program; None until it has been read."""
+        """The chosen program; None if there is none."""
         self._desk = desk
         self._named = named
         self._chosen = named
         self._changed = changed
         self._read_as: object = None
-        self._reading = Job()
 
     @property
     def at(self) -> int:
@@ -100,10 +99,8 @@ class ProgramFiles:
 
     def require_program(self) -> Program:
         """Return the chosen program. Raises `BadRequest` where there is none to rehearse or run."""
-        if self.chosen is None:
-            raise BadRequest("there is no program to run")
         if self.checked is None:
-            raise BadRequest("the program is still being read")
+            raise BadRequest("there is no program to run")
         if self.checked.program is None:
             raise BadRequest("the program has mistakes: correct its file first")
         return self.checked.program
@@ -125,21 +122,13 @@ class ProgramFiles:
             self.follow()
 
     def follow(self) -> None:
-        """Read the chosen file in a thread if it, or the arm's points, have changed."""
+        """Read the chosen file again if it, or the arm's points, have changed."""
         path = self.chosen
         stamp = None if path is None else (path, stamp_of(path), self._desk.arm.points.stamp)
-        if self._reading.busy or stamp == self._read_as:
-            return
-        self._read_as = stamp
-        self._changed()
-        self.checked = None
-        if path is not None:
-            work = partial(check_file, path, self._desk.arm.config)
-            self._reading = self._desk.calls.work_out(work, self._keep)
-
-    def _keep(self, checked: CheckedProgram | None) -> None:
-        if checked is not None and checked.path == self.chosen:
-            self.checked = checked
+        if stamp != self._read_as:
+            self._read_as = stamp
+            self._changed()
+            self.checked = None if path is None else check_file(path, self._desk.arm.config)
 
 
 def reason(error: Exception) -> str:
