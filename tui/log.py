@@ -1,14 +1,14 @@
 """The log screen: what passes between the arm and the desk, in words, as it comes.
 
-At each poll `LogScreen` takes at most a portion of new lines from the flight recorder. `LogBook`
-keeps them and sieves them, and `Folding` folds idle polling of what passes the sieve. The chosen
-line goes by its number, which does not change while others come and go.
+At each poll `LogScreen` takes at most a portion of new lines from the flight recorder. `Folding`
+folds idle polling of what passes the filter. The chosen line goes by its number, which does not
+change while others come and go.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import ClassVar
@@ -22,7 +22,7 @@ from armdrive.errors.printable import printable
 from armdrive.errors.table import CatalogueEntry, by_code, found, in_full
 from armdrive.status import Status
 from armdrive.trace.entries import EntryKind, Topic
-from armdrive.trace.log import LogBook, LogFilter, LogLine, LogReader
+from armdrive.trace.log import LogFilter, LogLine, LogReader
 from kinematics.text import counted, folded
 from tui.desk import DeskScreen
 from tui.dialogs import TextDialog
@@ -31,6 +31,9 @@ from tui.widgets import panels
 
 # Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms.
 PORTION = 100
+
+# The log shows the last lines, no more than this number.
+LINES_KEPT = 2000
 
 
 # The entries that idle polling of a resting arm repeats.
@@ -56,11 +59,11 @@ class Folding:
         self._repeated: list[LogLine] = []
         self._folded = 0
 
-    def take(self, lines: Iterable[LogLine], kept: int) -> None:
-        """Take further lines, and keep no more than this many."""
+    def take(self, lines: Iterable[LogLine]) -> None:
+        """Take further lines, and drop the oldest of too many."""
         for line in lines:
             self._take(line)
-        del self.lines[: max(len(self.lines) - kept, 0)]
+        del self.lines[: max(len(self.lines) - LINES_KEPT, 0)]
 
     def _take(self, line: LogLine) -> None:
         key = (line.kind, line.shown, line.words)
@@ -104,16 +107,16 @@ CUT = "~"
 WAYS: Mapping[str, str] = {"->": "to the arm", "<-": "from the arm"}
 
 
-def log_head(book: LogBook, keys: Keyboard, *, following: bool) -> str:
+def log_head(sieve: LogFilter, keys: Keyboard, rows: int, lines: int, *, following: bool) -> str:
     """Return what is shown of how much, and by which keys that changes."""
     topics = "  ".join(
-        f"{keys.label(f'log-{topic.value}')} [{'x' if topic in book.filter.topics else ' '}] "
+        f"{keys.label(f'log-{topic.value}')} [{'x' if topic in sieve.topics else ' '}] "
         f"{topic.value}"
         for topic in Topic
     )
     conduct = "newest last" if following else "HELD STILL"
-    text = f"  find: {book.filter.text}" if book.filter.text else ""
-    return f"{topics}\n{conduct}, {len(book.lines)} of {counted(book.total, 'line')}{text}"
+    text = f"  find: {sieve.text}" if sieve.text else ""
+    return f"{topics}\n{conduct}, {counted(rows, 'row')} of {counted(lines, 'line')}{text}"
 
 
 def log_row(line: LogLine, width: int, *, chosen: bool) -> str:
@@ -216,7 +219,8 @@ class LogScreen(DeskScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        self.book = LogBook()
+        self.filter = LogFilter()
+        self._all: deque[LogLine] = deque(maxlen=LINES_KEPT)
         self.chosen: int | None = None
         """The number of the chosen line, which stays in sight; None to follow the newest."""
         self._reader: LogReader | None = None
@@ -240,19 +244,20 @@ class LogScreen(DeskScreen):
     def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
         """Take what has come, and show it."""
         self._read()
-        head = log_head(self.book, self.desk.keys, following=self.chosen is None)
+        rows, lines, following = len(self.lines), len(self._all), self.chosen is None
+        head = log_head(self.filter, self.desk.keys, rows, lines, following=following)
         self.text("log-head").show(head)
         listed = self.text("log-lines")
         width, height = listed.content_size
         chosen = None if self.chosen is None else self.line
-        rows = [
+        shown = [
             (log_row(line, width, chosen=line is chosen), STYLES.get(line.topic, ""))
             for line in in_sight(self.lines, index_of(self.lines, self.chosen), height)
         ]
-        if not rows:
-            rows = [(nothing_text(self.book.filter), "")]
+        if not shown:
+            shown = [(nothing_text(self.filter), "")]
         # cut once more: an escape is longer than what it stands for
-        listed.show_lines((printable(text)[: len(text)], style) for text, style in rows)
+        listed.show_lines((printable(text)[: len(text)], style) for text, style in shown)
 
     def _read(self) -> None:
         """Read what is new."""
@@ -263,14 +268,13 @@ class LogScreen(DeskScreen):
         except ArmError as error:
             self.desk.message = str(error)
             return
-        self.book.take(new)
-        self._folding.take(filter(self.book.filter.passes, new), self.book.kept)
+        self._all += new
+        self._folding.take(filter(self.filter.passes, new))
 
     def sieve(self, sieve: LogFilter) -> None:
         """Show other lines."""
-        self.book.choose(sieve)
-        self._folding = Folding()
-        self._folding.take(self.book.lines, self.book.kept)
+        self.filter, self._folding = sieve, Folding()
+        self._folding.take(filter(sieve.passes, self._all))
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -299,7 +303,7 @@ class LogScreen(DeskScreen):
 
     def action_switch_topic(self, topic: str) -> None:
         """Show a topic, or leave it out."""
-        self.sieve(self.book.filter.toggled(Topic(topic)))
+        self.sieve(self.filter.toggled(Topic(topic)))
 
     def action_show_all(self) -> None:
         """Show everything again, and follow it."""
@@ -311,14 +315,14 @@ class LogScreen(DeskScreen):
         keys = self.desk.keys
 
         def words(*_: int) -> str:
-            prompt = asked_text("only lines with", self.book.filter.text)
+            prompt = asked_text("only lines with", self.filter.text)
             return f"{prompt}\n{keys.label('close')}: done"
 
         def find(text: str) -> None:
-            self.sieve(LogFilter(self.book.filter.topics, text))
+            self.sieve(LogFilter(self.filter.topics, text))
             self.desk.show()
 
-        self.desk.open_dialog(TextDialog(words, short=True, text=self.book.filter.text, typed=find))
+        self.desk.open_dialog(TextDialog(words, short=True, text=self.filter.text, typed=find))
 
     def action_open_line(self) -> None:
         """Show all of the chosen line, or of the newest one: of an error, cause and remedy too."""

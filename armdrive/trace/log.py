@@ -6,8 +6,7 @@ A message that arrives in several pieces is described in the line of its last pi
 from __future__ import annotations
 
 import re
-from collections import deque
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -240,9 +239,8 @@ def recorded(recording: Recording) -> Iterator[LogLine]:
         yield narrator.line(number, entry)
 
 
-# The latest lines of a log, filtered, within a bounded memory.
+# Which lines are wanted.
 
-LINES_KEPT = 2000  # beyond this number the oldest lines are dropped
 SEPARATOR = ","  # between search words that a line must all contain; the space bar stops the arm
 
 
@@ -263,46 +261,3 @@ class LogFilter:
             return False
         searched = f"{line.text} {line.shown} {line.code}".lower()
         return all(word in searched for word in self.text.lower().split(SEPARATOR))
-
-
-class LogBook:
-    """The latest lines, and those that pass the filter. The cost of a new line is bounded."""
-
-    def __init__(self, kept: int = LINES_KEPT) -> None:
-        self.filter = LogFilter()
-        self._all: deque[LogLine] = deque(maxlen=kept)
-        self._passed: deque[LogLine] = deque(maxlen=kept)
-        self.kept = kept
-
-    @property
-    def lines(self) -> deque[LogLine]:
-        """The lines that pass the filter, the oldest first."""
-        return self._passed
-
-    @property
-    def total(self) -> int:
-        """Number of lines, including those that do not pass."""
-        return len(self._all)
-
-    def take(self, lines: Iterable[LogLine]) -> int:
-        """Add new lines; return how many of them pass."""
-        passed = 0
-        for line in lines:
-            self._all.append(line)
-            if self.filter.passes(line):
-                self._passed.append(line)
-                passed += 1
-        oldest = self._all[0].number if self._all else 0
-        while self._passed and self._passed[0].number < oldest:
-            self._passed.popleft()
-        return passed
-
-    def choose(self, wanted: LogFilter) -> None:
-        """Apply another filter to all lines."""
-        self.filter = wanted
-        self._passed = deque(filter(wanted.passes, self._all), maxlen=self.kept)
-
-    def clear(self) -> None:
-        """Drop all lines; new lines are added as before."""
-        self._all.clear()
-        self._passed.clear()

@@ -6,11 +6,12 @@ and writes the file. Nothing here may raise an error into the driver.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -85,36 +86,33 @@ def _recorded(name: str, method: Callable[..., Any]) -> Callable[..., Any]:
 
         @functools.wraps(method)
         def call(self: Any, /, *arguments: Any, **named: Any) -> Any:
-            tracer = _begun(self, name, arguments, named)
-            try:
+            with _recording(self, name, arguments, named):
                 return method(self, *arguments, **named)
-            except BaseException as error:
-                tracer.raised(error)
-                raise
 
         return call
 
     @functools.wraps(waiting)
     async def waiting_call(self: Any, /, *arguments: Any, **named: Any) -> Any:
-        tracer = _begun(self, name, arguments, named)
-        try:
+        with _recording(self, name, arguments, named):
             return await waiting(self, *arguments, **named)
-        except BaseException as error:
-            tracer.raised(error)
-            raise
 
     return blocking(waiting_call)
 
 
-def _begun(
+@contextlib.contextmanager
+def _recording(
     owner: Any, name: str, arguments: tuple[Any, ...], named: dict[str, Any]
-) -> FlightRecorder:
-    """Record the begin of a call. Takes no lock: an emergency stop never waits."""
+) -> Iterator[None]:
+    """Record a call and the error it raises. Takes no lock: an emergency stop never waits."""
     tracer: FlightRecorder = owner._parts.tracer  # noqa: SLF001 - see `traced`
     if tracer.on_call is not None:
         tracer.on_call(name, arguments, named)
     tracer.called(name, arguments, named)
-    return tracer
+    try:
+        yield
+    except BaseException as error:
+        tracer.raised(error)
+        raise
 
 
 # Takes a call's name and arguments before the call begins; may raise to refuse it.

@@ -72,7 +72,7 @@ async def test_idle_polling_is_folded_into_one_line_that_says_how_much_it_stands
         poll_at_rest(arm, "420 370")
         await session.poll()
         assert len(session.rows) == 5 + 4 + 4, "what moves the arm, and what it led to, is shown"
-        assert session.screen.book.total == 92
+        assert len(session.screen._all) == 92
         for number in range(6):
             poll_at_rest(arm, f"{number} 370")
         await session.poll()
