@@ -197,12 +197,9 @@ def read_arm(table: TomlTable, find: FindDialect, *, name: str, folder: Path) ->
     elif preset_model is not None:
         model = problems.attempt(lambda: corrected(preset_model, table), None)
     if model is None:
-        # without a model only the keys of the posture can be judged, with or without a yaw
-        read_posture(table, "park", has_yaw=True)
         return None
     # an unknown kind of gripper leaves it open how many motors there are: assume all of them
-    kind_known = gripper is not None and _is_as_given(gripper, table)
-    fitted = _with_gripper(model, gripper) if gripper is not None and kind_known else model
+    fitted = model if gripper is None else _with_gripper(model, gripper)
     homing = read_homing(table.table("homing"), fitted) if "homing" in table.entries else None
     park = read_posture(table, "park", fitted.arm.has_yaw)
     accelerations = read_accelerations(table, fitted.arm.joint_names)
@@ -261,11 +258,6 @@ def _keys(table: TomlTable, model: str, dialect: DialectSection | None) -> Itera
         yield dialect.name
     else:  # any section may be the one of the dialect that was meant
         yield from (key for key, value in table.entries.items() if isinstance(value, Mapping))
-
-
-def _is_as_given(gripper: GripperSettings, table: TomlTable) -> bool:
-    """Return whether the kind of the gripper is the one that the file gives, and not a default."""
-    return bool(gripper.kind == table.table("gripper").entries.get("kind", gripper.kind))
 
 
 def _with_gripper(model: M, gripper: GripperSettings) -> M:

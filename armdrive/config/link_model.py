@@ -372,8 +372,7 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
     """Return the model that an arm file describes together with its model file, if it does."""
     place = folder / table.entries["model"]
     described = _of_urdf(place, table) if is_urdf(place.name) else _described(place, table.problems)
-    if described is None:
-        _judge_without_joints(table)
+    if described is None:  # every key below is by joint
         return None
     names = described.chain.joint_names
     _check_kinds(described.chain)
@@ -423,18 +422,6 @@ def _described(place: Path, problems: Problems) -> Model | None:
     for sentence in own.found:
         problems.note(f"{place}: {sentence}")
     return found
-
-
-def _judge_without_joints(table: TomlTable) -> None:
-    """Note what is wrong with the arm file whatever joints its model has."""
-    for key, read in (("speeds_deg_s", SPEED), ("limits_deg", joint_range)):
-        table.by_name(key, table.table(key).entries, read)
-    for row in table.rows("motors"):
-        seen, earlier = (list(row.table(key).entries) for key in ("sees", "follows"))
-        _motor(row, tuple(seen) or ("base",), earlier)
-    if "fingers" in table.entries:
-        table.table("fingers").section(FingerModel)
-    read_posture(table, "reference", has_yaw=True)
 
 
 def _check_kinds(chain: Chain) -> None:
