@@ -351,14 +351,32 @@ WIDTHS = {TURNING: between(0.0, 10.0), SLIDING: between(0.0, 5.0)}
 
 
 def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[int, ...]:
-    """Return the steps of each motor; empty if no motor has any."""
+    """Return the steps of each motor; empty if no motor has any.
+
+    Arms with [[motors]] state them there, others by the motors' names and at the top.
+    """
     if transmission is None:
         return ()
-    given = _of_rows if "motors" in table.entries else _of_sections
-    widths = [0] * len(transmission.motors)
-    for motor, size in given(table, transmission):
+    names = [motor.name for motor in transmission.motors]
+    rows = {str(row.entries.get("name")): row for row in table.rows("motors")}
+    turning = table.by_name(TURNING, names[: len(transmission.joint_names)], WIDTHS[TURNING])
+    if not rows and SLIDING in table.entries and not transmission.has_gripper:
+        table.problems.note(f"{SLIDING} is of a gripper's motor, and this arm has none")
+    widths = []
+    for index, name in enumerate(names):
+        key = _key(transmission, index)
+        size = turning.get(name, 0.0)
+        if name in rows:
+            size = rows[name].value(key, WIDTHS[key], 0.0)
+        elif key == SLIDING:
+            size = table.value(key, WIDTHS[key], 0.0)
         # not round(), which takes a half to the even number: 0.5 and 1.5 steps are 1 and 2
-        widths[motor] = math.floor(_steps_per_unit(transmission, motor) * size + 0.5)
+        widths.append(math.floor(_steps_per_unit(transmission, index) * size + 0.5))
+    for name, row in rows.items():
+        right = _key(transmission, names.index(name)) if name in names else "none: it moves nothing"
+        for key in WIDTHS:
+            if key in row.entries and key != right:
+                row.problems.note(f"{row.at(key)}: the backlash of motor {name!r} is {right}")
     return tuple(widths) if any(widths) else ()
 
 
@@ -381,34 +399,6 @@ def _steps_per_unit(transmission: Transmission, motor: int) -> float:
     """Return the steps of a degree, or of a mm."""
     scale = math.pi / 180.0 if _key(transmission, motor) == TURNING else 1.0
     return abs(transmission.motors[motor].steps_per_unit) * scale
-
-
-def _of_sections(table: TomlTable, transmission: Transmission) -> Iterator[tuple[int, float]]:
-    names = [motor.name for motor in transmission.motors]
-    count = len(transmission.joint_names)
-    turning = table.by_name(TURNING, names[:count], WIDTHS[TURNING])
-    yield from ((names.index(name), size) for name, size in turning.items())
-    sliding = table.value(SLIDING, WIDTHS[SLIDING], None)
-    if sliding is not None and not transmission.has_gripper:
-        table.problems.note(f"{SLIDING} is of a gripper's motor, and this arm has none")
-    elif sliding is not None:
-        yield len(names) - 1, sliding
-
-
-def _of_rows(table: TomlTable, transmission: Transmission) -> Iterator[tuple[int, float]]:
-    names = [motor.name for motor in transmission.motors]
-    for row in table.rows("motors"):
-        for key in [key for key in WIDTHS if key in row.entries]:
-            name = row.entries["name"]
-            if name not in names:
-                row.problems.note(
-                    f"{row.at(key)}: gripper.kind says that no motor drives the gripper"
-                )
-            elif key != _key(transmission, names.index(name)):
-                wanted = _key(transmission, names.index(name))
-                row.problems.note(f"{row.at(key)}: the backlash of motor {name!r} is {wanted}")
-            elif (size := row.value(key, WIDTHS[key], None)) is not None:
-                yield names.index(name), size
 
 
 def _mm(means: str, low: float = 0.0) -> Any:

@@ -228,8 +228,7 @@ class SawSwitch(Enum):
 
     ALARM = "the board sees it, and raises an alarm"
     PIN_ALONE = "the board sees it, and raises no alarm"
-    ANOTHER = "the board sees another switch"
-    NOTHING = "the board sees nothing"
+    NOTHING = "the board sees nothing of it, perhaps another switch"
     NONE = "it has no switch"
 
 
@@ -290,7 +289,7 @@ def check_switches(
         if dialog.ask(press) == "none":
             seen[switch.motor] = SawSwitch.NONE
             continue
-        seen[switch.motor] = _reaction(arm, switch, switches)
+        seen[switch.motor] = _reaction(arm, switch)
         release = Question(
             "Let go of it. Type released:",
             "The next switch follows.",
@@ -303,13 +302,11 @@ def check_switches(
     return seen
 
 
-def _reaction(arm: Arm, switch: WiredSwitch, switches: Sequence[WiredSwitch]) -> SawSwitch:
+def _reaction(arm: Arm, switch: WiredSwitch) -> SawSwitch:
     """Return what the board makes of a switch that is pressed now; an alarm is reset."""
     alarmed = _clear(arm)
-    inputs = arm.io.read()
-    if not inputs >> switch.bit & 1:
-        others = any(inputs >> each.bit & 1 for each in switches)
-        return SawSwitch.ANOTHER if others else SawSwitch.NOTHING
+    if not arm.io.read() >> switch.bit & 1:
+        return SawSwitch.NOTHING
     return SawSwitch.ALARM if alarmed else SawSwitch.PIN_ALONE
 
 

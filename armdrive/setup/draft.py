@@ -79,16 +79,10 @@ class LinkFile:
 
     def length_mm(self, path: Sequence[str | int]) -> float:
         """Return the length at the path of a key."""
-        found: Any = _parsed(self.text)
+        found: Any = tomllib.loads(self.text)
         for step in path:
             found = found[step]
         return float(found)
-
-
-@functools.lru_cache(maxsize=8)
-def _parsed(text: str) -> Mapping[str, Any]:
-    """Return a model file's content; the questions look up each of its lengths."""
-    return tomllib.loads(text)
 
 
 def read_links(path: str) -> LinkFile:
@@ -215,11 +209,6 @@ class Draft:
     def direction(self, motor: str) -> int:
         """Return 1 or -1: which way a motor of a link table counts according to its template."""
         return -1 if motor in self.template.counts_down else 1
-
-    def range_of(self, joint: str) -> tuple[float, float]:
-        """Return a joint's range, from the answers or the template."""
-        found = self.get(f"limits.{joint}") or self.limits_deg(joint)
-        return found or (-180.0, 180.0)
 
     # -- motors ------------------------------------------------------------------------------
 

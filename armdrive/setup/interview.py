@@ -97,11 +97,6 @@ class Describing:
         return self._interview.question
 
     @property
-    def answered(self) -> int:
-        """The number of answers."""
-        return len(self._interview.draft.answers)
-
-    @property
     def name(self) -> str:
         """What the arm is called."""
         return self._interview.draft.name

@@ -78,12 +78,8 @@ class Held:
             return first
         return f"{first}. A release is noticed after {self.released_s * 1e3:.0f} ms"
 
-    @property
-    def remedies(self) -> list[str]:
-        """The remedies, that of the worst problem first."""
-        return [*self._remedies()]
-
-    def _remedies(self) -> Iterator[str]:
+    def remedies(self) -> Iterator[str]:
+        """Yield the remedies, that of the worst problem first."""
         if self.delay_s is None:
             yield (
                 "the key did not repeat: switch key repeat on (X11: xset r on; macOS, for letters: "
@@ -120,7 +116,7 @@ class Held:
     @property
     def lines(self) -> list[str]:
         """All of it as text."""
-        remedies = (f"- {remedy}." for remedy in self.remedies)
+        remedies = (f"- {remedy}." for remedy in self.remedies())
         return [f"Held key: {self}.", *remedies, f"Verdict: {self.verdict}."]
 
     def view(self) -> dict[str, Any]:
@@ -132,7 +128,7 @@ class Held:
             "tmux": tmux,
             "works": self.works,
             "verdict": self.verdict,
-            "remedies": self.remedies,
+            "remedies": list(self.remedies()),
         }
 
 

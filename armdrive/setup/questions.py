@@ -250,7 +250,7 @@ PULLED_OFF_DEG = 2.0
 
 def _homed_at(draft: Draft, one: str) -> str:
     upwards = draft.preset is not None or draft.direction(one) > 0
-    low, high = draft.range_of(one)
+    low, high = draft.get(f"limits.{one}") or draft.limits_deg(one) or (-180.0, 180.0)
     return f"{high - PULLED_OFF_DEG if upwards else low + PULLED_OFF_DEG:g}"
 
 

@@ -50,7 +50,7 @@ def host_and_port(url: str) -> tuple[str, int]:
 IDS = "ids"
 MOST_ID = 0x1FFF_FFFF  # 29 bits: the largest id of an extended frame
 # The interfaces whose channel is a serial port.
-_ON_SERIAL = frozenset({"slcan", "serial", "robotell", "seeedstudio"})
+ON_SERIAL = frozenset({"slcan", "serial", "robotell", "seeedstudio"})
 _CAN_LISTEN_ONLY = frozenset({"slcan"})
 # python-can's option for an adapter that never sends, not even an acknowledgement.
 _LISTEN_ONLY = ("listen_only", "true")
@@ -88,14 +88,9 @@ class CanAddress:
     @property
     def device(self) -> str:
         """The serial port of the adapter; empty if it has none."""
-        if self.interface not in _ON_SERIAL:
+        if self.interface not in ON_SERIAL:
             return ""
         return self.channel.rpartition("@")[0] or self.channel
-
-    @property
-    def on_serial(self) -> bool:
-        """Whether the adapter is a serial port."""
-        return self.interface in _ON_SERIAL
 
     def listening(self) -> CanAddress:
         """Return the address with the adapter in listen-only mode, if its interface has one."""

@@ -22,7 +22,7 @@ from armdrive.errors import (
     PortUnavailable,
 )
 from armdrive.errors.printable import reason_of
-from armdrive.transports.address import BITRATE, CanAddress, is_can
+from armdrive.transports.address import BITRATE, ON_SERIAL, CanAddress, is_can
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":
@@ -440,7 +440,7 @@ def can_refusal(address: CanAddress, error: BaseException) -> PortUnavailable:
             f"install 'python-can[{address.interface.replace('_', '-')}]'`, or install its "
             "driver's library (of gs_usb: libusb)"
         )
-    if not address.channel and (address.on_serial or "channel" in text):
+    if not address.channel and (address.interface in ON_SERIAL or "channel" in text):
         return PortUnavailable(
             f"{address} names no channel: write can:{address.interface}:CHANNEL. {SLCAN_OR_NOT}"
         )

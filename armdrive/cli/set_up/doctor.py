@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 
 from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, put_error, say, tell
@@ -66,13 +66,8 @@ def _report(port: str, options: argparse.Namespace) -> Report:
 
 
 def _result(report: Report, diagnosis: Diagnosis) -> Result:
-    return Result(report.view(), _what_next(report), EXIT_CODES[diagnosis])
-
-
-def _what_next(report: Report) -> Iterator[str]:
-    if report.more.get("next"):
-        yield "Next:"
-        yield from (f"  {line}" for line in report.more["next"])
+    listed = [f"  {line}" for line in report.more.get("next", ())]
+    return Result(report.view(), ["Next:", *listed] if listed else (), EXIT_CODES[diagnosis])
 
 
 def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
@@ -116,10 +111,8 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
         raise BadRequest(
             "name one port, or an arm file with --arm; `armdrive ports` lists the ports"
         )
-    if options.can and options.port:
-        raise BadRequest("--can names the bus already: leave the port out")
-    if options.arm and options.dialect:
-        raise BadRequest("the arm file says which dialect it is: leave out --dialect")
+    if (options.can and options.port) or (options.arm and options.dialect):
+        raise BadRequest("--can names the bus, and --arm the dialect: name each only once")
     if options.fix and not (options.arm or options.dialect):
         raise BadRequest("--fix needs --arm or --dialect, which say what is expected")
     if not (options.arm or options.dialect):
