@@ -1,4 +1,4 @@
-"""How long motions take and how soon they stop, of an arm and of a GRBL board without a driver."""
+"""How soon motions stop, of an arm and of a GRBL board without a driver."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -6,14 +6,11 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from armdrive.arm import Arm
-from armdrive.arm.connected import Handle
 from armdrive.errors import ArmError
-from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
 from armdrive.status import State, Trust
-from kinematics import LinePart, Motors
+from kinematics import Motors
 from tests.conformance.bench import Bench
-from tests.conformance.motions import shifted
 from tests.conformance.observation import Broken, Observation, check
 from tests.conformance.real_time_bench import RealTimeBench
 from tests.conformance.rows_moving import check_arrived
@@ -121,10 +118,7 @@ class Watcher:
         return (times[0], times[-1], pulses.largest) if times else (0.0, 0.0, 0)
 
 
-SPEEDS = (1.0, 0.5, 0.3, 0.1)
-SHORT_DEG, LONG_DEG = 3.0, 30.0
-LINE_MM, BLEND_MM = 60.0, 15.0
-LONGEST_S = 300.0
+LONG_DEG = 60.0
 
 RATES_HZ = (25.0, 50.0, 100.0, 400.0)
 TRIES = 3
@@ -134,82 +128,6 @@ UNEVEN_S = 0.037
 """Each try is stopped this much later, to vary the state of the buffers."""
 HOLD_S, RENEWALS = 0.8, 5
 STANDS_S = 10.0
-
-
-# -- durations ---------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Measured:
-    """One motion at one speed; `wrong` says what failed.
-
-    `physical_s` is the time from the first step to the last, 0 if the bench cannot see steps.
-    """
-
-    motion: str
-    speed: float
-    physical_s: float
-    call_s: float
-    underruns: int
-    wrong: str = ""
-
-
-def joint_move(angle_deg: float) -> Callable[[Arm, float], Handle[Moved]]:
-    """Return a function that begins a motion of the first joint."""
-
-    def begin(arm: Arm, speed: float) -> Handle[Moved]:
-        first = arm.model.arm.joint_names[0]
-        goal = {f"{first}_deg": arm.joints.deg[first] + angle_deg}
-        return arm.move_j(wait=False, speed=speed, **goal)
-
-    return begin
-
-
-def line(arm: Arm, speed: float) -> Handle[Moved]:
-    """Begin a straight sideways line."""
-    return arm.move_l(shifted(arm.pose, y_mm=LINE_MM), wait=False, speed=speed)
-
-
-def blended_path(arm: Arm, speed: float) -> Handle[Moved]:
-    """Begin two lines with a blend between them."""
-    corner = shifted(arm.pose, y_mm=LINE_MM)
-    end = shifted(corner, z_mm=-LINE_MM)
-    return arm.move_path([LinePart(corner, BLEND_MM), LinePart(end)], wait=False, speed=speed)
-
-
-MOTIONS = {
-    f"joint {SHORT_DEG:g} degrees": joint_move(SHORT_DEG),
-    f"joint {LONG_DEG:g} degrees": joint_move(LONG_DEG),
-    f"line {LINE_MM:g} mm": line,
-    f"blended path {2 * LINE_MM:g} mm": blended_path,
-}
-
-
-def durations(bench: Bench, speeds: tuple[float, ...] = SPEEDS) -> Iterator[Measured]:
-    """Measure every motion at every speed, each from the same posture."""
-    arm = bench.ready()
-    home = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
-    for name, begin in MOTIONS.items():
-        for speed in speeds:
-            yield _duration(bench, arm, name, begin, speed)
-            arm = _back(bench, arm, home)
-
-
-def _duration(
-    bench: Bench, arm: Arm, name: str, begin: Callable[[Arm, float], Handle[Moved]], speed: float
-) -> Measured:
-    underruns, wrong, call_s = arm.status.underruns, "", 0.0
-    watcher = Watcher(bench)
-    try:
-        handle = begin(arm, speed)
-        motion = watcher.until(lambda: handle.done, LONGEST_S)
-        call_s = handle.wait().duration_s
-        check_arrived(bench, arm)
-    except (ArmError, Broken) as error:
-        motion = watcher.until(lambda: True, LONGEST_S)
-        wrong = _words(error)
-    physical_s = motion.physical_s if bench.sees_motion else 0.0
-    return Measured(name, speed, physical_s, call_s, arm.status.underruns - underruns, wrong)
 
 
 def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
@@ -224,7 +142,7 @@ def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
     return arm
 
 
-# -- stops -------------------------------------------------------------------------------------
+# -- An arm with its driver ---------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,7 +204,8 @@ def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -
             arm.jogging.hold(jog, speed=speed, for_s=HOLD_S)
 
     if how == "stop":
-        joint_move(2.0 * LONG_DEG)(arm, speed)
+        first = arm.model.arm.joint_names[0]
+        arm.move_j(wait=False, speed=speed, **{f"{first}_deg": arm.joints.deg[first] + LONG_DEG})
     keep_moving()
     bench.wait_until_moving()
     before = bench.look()
@@ -334,7 +253,6 @@ def _words(error: Exception) -> str:
 
 # -- A GRBL board without a driver: also of too few axes for an arm, and compared directly ---------
 
-LENGTHS = (60, 600)
 FAR = 5000
 BOARD_LONGEST_S = 60.0
 FEED_HOLD, JOG_CANCEL = b"!", b"\x85"
@@ -342,28 +260,12 @@ FEED_HOLD, JOG_CANCEL = b"!", b"\x85"
 
 @dataclass(frozen=True, slots=True)
 class BoardMotion:
-    """One motion or stop of the board's first axis.
-
-    `took_s` is the time from the first step to the last, or from the stop command to the last step.
-    """
+    """One stop of the board's first axis; `took_s` is from the command to the last step."""
 
     what: str
     rate_hz: float
     took_s: float
     pulses: int
-
-
-def board_motions(bench: RealTimeBench) -> Iterator[BoardMotion]:
-    """Time motions of one line each, from the first step to the last."""
-    with Conversation(bench.device_port) as board:
-        unlock(board)
-        for steps in LENGTHS:
-            for number, speed in enumerate(SPEEDS):
-                rate_hz = speed * full_rate_hz(bench)
-                watcher = Watcher(bench)
-                board.ask(f"G91G1F{rate_hz * 60.0:.1f}X{steps if number % 2 else -steps}")
-                motion = watcher.until(_moved(bench), BOARD_LONGEST_S)
-                yield BoardMotion(f"{steps} steps", rate_hz, motion.physical_s, motion.pulses)
 
 
 def board_stops(bench: RealTimeBench) -> Iterator[BoardMotion]:
@@ -387,8 +289,3 @@ def unlock(board: Conversation) -> None:
     board.say(SOFT_RESET)
     board.heard_until("Grbl")
     board.ask("$X")
-
-
-def _moved(bench: RealTimeBench) -> Callable[[], bool]:
-    start = bench.look().motors
-    return lambda: bench.look().motors != start

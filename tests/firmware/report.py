@@ -1,10 +1,10 @@
-"""Results as plain text: a line for each row, motion and stop."""
+"""Results as plain text: a line for each row and stop."""
 
 from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import RowResult, Verdict
 
-from .measuring import BoardMotion, Measured, Stopped
+from .measuring import BoardMotion, Stopped
 
 KEEPS_PACE = 0.98
 """Below this ratio of simulated to real time, measurements are distorted."""
@@ -32,36 +32,6 @@ def pace_line(ratio: float) -> str:
     if ratio >= KEEPS_PACE:
         return line
     return f"WARNING: {line}. The computer is too slow or too busy for valid measurements."
-
-
-def duration_table(device: Sequence[Measured], twin: Sequence[Measured]) -> str:
-    """Return the durations on the device and on the simulated board."""
-    beside = {(each.motion, each.speed): each for each in twin}
-    rows = [
-        (
-            "motion", "speed", "motors turn", "simulated", "ratio", "whole call", "simulated",
-            "ratio", "more", "underruns", "wrong",
-        )
-    ]  # fmt: skip
-    for each in device:
-        other = beside.get((each.motion, each.speed))
-        physical_s, call_s = (other.physical_s, other.call_s) if other else (0.0, 0.0)
-        rows.append(
-            (
-                each.motion,
-                f"{each.speed:g}",
-                _seconds(each.physical_s),
-                _seconds(physical_s),
-                _ratio(each.physical_s, physical_s),
-                _seconds(each.call_s),
-                _seconds(call_s),
-                _ratio(each.call_s, call_s),
-                _seconds(each.call_s - call_s) if each.call_s and call_s else "-",
-                str(each.underruns),
-                each.wrong,
-            )
-        )
-    return _table(rows)
 
 
 def stop_table(stops: Sequence[Stopped]) -> str:

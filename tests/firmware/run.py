@@ -1,24 +1,22 @@
-"""Measure the driver against real firmware: rows, durations and stops.
+"""Measure the driver against real firmware: rows and stops.
 
     python -m tests.firmware --mega5x mega.elf --robko robko.elf
     python -m tests.firmware --mega5x mega.elf --rows --only "a joint motion"
-    python -m tests.firmware --mega5x mega.elf --stops --json mega.json
-    python -m tests.firmware --port /dev/ttyUSB0 --dialect grbl --rows --timing
+    python -m tests.firmware --mega5x mega.elf --stops
+    python -m tests.firmware --port /dev/ttyUSB0 --dialect grbl --rows
 
-Images are ELF files that you have built; the project contains none. Without --rows, --timing or
---stops, all three run. See docs/background/testing.md. Exit code 1: something was not as promised;
+Images are ELF files that you have built; the project contains none. Without --rows or
+--stops, both run. See docs/background/testing.md. Exit code 1: something was not as promised;
 2: nothing could be measured.
 """
 
 import argparse
 import contextlib
-import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from armdrive.errors import ArmError
 from armdrive.registry import DIALECTS
@@ -27,7 +25,7 @@ from tests.conformance.running import BEHAVIOURS, Verdict, run_row
 from . import report
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
-from .measuring import board_motions, board_stops, durations, stops
+from .measuring import board_stops, stops
 from .pace import NoSimulator
 from .rigs import Rig, of_image, of_port, own_home, simulated
 
@@ -51,16 +49,14 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     add("--simulated", choices=list(DIALECTS), help="the simulated board, in simulated time")
     flag("--rows", help="the rows of the conformance table")
     add("--only", default="", metavar="TEXT", help="rows whose name contains TEXT")
-    flag("--timing", help="how long motions take")
     flag("--stops", help="how soon the arm stands after a stop")
-    add("--json", metavar="FILE", type=Path, help="also write all results to FILE")
     chosen = parser.parse_args(words)
     if chosen.port and not chosen.dialect:
         parser.error("--port needs --dialect: nothing is sent to find out")
     if not (chosen.port or chosen.simulated or any(_images(chosen))):
         parser.error(f"name an image (--{', --'.join(BOARDS)}), a --port, or --simulated")
-    if not (chosen.rows or chosen.only or chosen.timing or chosen.stops):
-        chosen.rows = chosen.timing = chosen.stops = True
+    if not (chosen.rows or chosen.only or chosen.stops):
+        chosen.rows = chosen.stops = True
     return chosen
 
 
@@ -80,11 +76,10 @@ def rigs(chosen: argparse.Namespace) -> Iterator[Rig]:
 
 
 class Run:
-    """The measurements of one rig, printed as they arrive and kept for JSON."""
+    """The measurements of one rig, printed as they arrive."""
 
     def __init__(self, rig: Rig, chosen: argparse.Namespace) -> None:
         self._rig, self._chosen = rig, chosen
-        self.found: dict[str, Any] = {"rig": rig.name, "dialect": rig.dialect}
         self.broken = False
 
     def all(self) -> None:
@@ -92,7 +87,6 @@ class Run:
         say(f"== {self._rig.name}")
         if self._rig.lacking:
             say(f"rows and motions of an arm: not applicable: {self._rig.lacking}")
-            self.found["lacking"] = self._rig.lacking
             self.board_alone()
             return
         if self._rig.real and not self._chosen.yes and not confirmed():
@@ -105,7 +99,6 @@ class Run:
             self.board_alone()
         except ArmError as error:
             say(f"ended: {error}")
-            self.found["ended"] = str(error)
             self.broken = True
 
     def _with_a_driver(self) -> None:
@@ -114,8 +107,6 @@ class Run:
             if self._rig.real and self.broken:
                 say("ended: look at the arm, bring it to its reference posture, and start again")
                 return
-        if self._chosen.timing:
-            self.timing()
         if self._chosen.stops:
             self.stops()
 
@@ -138,20 +129,6 @@ class Run:
                 break
         say(report.row_summary(results))
         self.broken |= any(each.verdict is Verdict.BROKEN for each in results)
-        self.found["rows"] = [asdict(each) | {"verdict": each.verdict.name} for each in results]
-
-    def timing(self) -> None:
-        """Measure durations on the device, and on the simulated board in simulated time."""
-        say("-- durations")
-        with self._rig.home(), self._rig.make() as bench:
-            device = list(counted(durations(bench)))
-        with self._rig.home(), self._rig.twin() as bench:
-            twin = list(durations(bench))
-        say(report.duration_table(device, twin))
-        self._pace()
-        self.broken |= any(each.wrong for each in device)
-        self.found["durations"] = [asdict(each) for each in device]
-        self.found["simulated durations"] = [asdict(each) for each in twin]
 
     def stops(self) -> None:
         """Stop motions at several rates, on the device and on the simulated board."""
@@ -168,34 +145,23 @@ class Run:
         say("simulated board:")
         say(report.stop_table(twin))
         self.broken |= not all(each.kept for each in device)
-        self.found["stops"] = [asdict(each) for each in device]
-        self.found["simulated stops"] = [asdict(each) for each in twin]
 
     def board_alone(self) -> None:
-        """Measure the board and the simulated one without a driver, both in real time."""
-        if self._rig.alone is None:
+        """Stop the board and the simulated one without a driver, both in real time."""
+        if self._rig.alone is None or not self._chosen.stops:
             return
-        for name, measure, wanted in (
-            ("durations", board_motions, self._chosen.timing),
-            ("stops", board_stops, self._chosen.stops),
-        ):
-            if not wanted:
-                continue
-            say(f"-- {name} of the board without a driver")
-            found = []
-            for make in self._rig.alone:
-                with self._rig.home(), make() as bench:
-                    found.append(list(counted(measure(bench))))
-            say(report.board_table(*found))
-            self._pace()
-            for kind, each in zip(("board", "simulated board"), found, strict=True):
-                self.found[f"{kind} {name}"] = [asdict(one) for one in each]
+        say("-- stops of the board without a driver")
+        found = []
+        for make in self._rig.alone:
+            with self._rig.home(), make() as bench:
+                found.append(list(counted(board_stops(bench))))
+        say(report.board_table(*found))
+        self._pace()
 
     def _pace(self, *, quiet: bool = False) -> None:
         ratio = self._rig.pace.taken()
         if ratio is None:
             return
-        self.found.setdefault("pace", []).append(ratio)
         if not quiet or ratio < report.KEEPS_PACE:
             say(report.pace_line(ratio))
 
@@ -239,6 +205,4 @@ def main(words: Sequence[str] | None = None) -> int:
     except (NoSimulator, SetUpFailed, ArmError) as error:
         sys.stderr.write(f"{error}\n")
         return 2
-    if chosen.json is not None:
-        chosen.json.write_text(json.dumps([run.found for run in runs], indent=1, default=str))
     return int(any(run.broken for run in runs))
