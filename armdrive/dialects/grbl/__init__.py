@@ -3,7 +3,7 @@
 Read in this order:
 
     controller   an arm's requests: which collaborator carries out each
-    board        what is known of a board: its state, its position, open queries, alarms
+    board        what is known of a board: its state, its position, alarms, restarts
     exchange     a line and its answer, a query and its report, a reset; their timeouts
     contact      getting a board to read lines
     motion       how far ahead lines are sent, when a motion is over, homing

@@ -208,15 +208,13 @@ class GrblExchange:
     ) -> Script[HostEvent, Answer | None]:
         """Send one line and return its answer, an alarm or a restart; None at the timeout.
 
-        If the line was not answered, its end may be lost; the next one must not complete it.
+        If only its end was lost, the next line's empty one completes it. So no motion is sent here.
         """
         if not (yield from self.clear_line()):
             return None  # the board answers no line at all
         answer = yield from self._one_line(command, patience_s)
         if isinstance(answer, Refused):
             yield from self.clear_line()
-        elif answer is None:
-            yield from self.flush_line()
         return answer
 
     def clear_line(self) -> Script[HostEvent, bool]:

@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.planner import Limits, MotorPath
@@ -353,6 +353,20 @@ def _is_switched(found: float, wanted: float) -> bool:
     return bool(found) != bool(wanted)
 
 
+class Expected(NamedTuple):
+    """A setting as the arm file expects it.
+
+    `must` means that nothing moves until it is corrected, `homes` that no motor homes.
+    """
+
+    key: int
+    wanted: float
+    what: str
+    differs: Differs
+    must: bool = False
+    homes: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Compares the settings that a board reports with those that the arm file expects.
@@ -425,65 +439,67 @@ class Comparison:
         return drives_s + turns * (max(seek, feed) / slope + (pause_ms or 0.0) / 1000.0)
 
     def differences(self) -> Iterator[Difference]:
-        """Yield each difference from the arm file, with the line that corrects it.
+        """Yield each difference from the arm file, with the line that corrects it."""
+        for key, wanted, what, differs, must, homes in self._expected():
+            found = self.number(key)
+            missing = found is None and key == keys.IDLE_MS
+            if not missing and (found is None or not differs(found, wanted)):
+                continue
+            changed_by = self.behaviour.key(key, self.board)
+            # rounded up, because three decimals must not make a limit lower than expected
+            expected = write_number(math.ceil(wanted * 1000.0 - 1e-6) / 1000.0)
+            where = "" if changed_by is not None else ", in the board's configuration file"
+            line = "" if changed_by is None else f"${changed_by}={expected}"
+            shown = "not reported" if found is None else write_number(found)
+            yield Difference(f"${key} ({what}{where})", shown, expected, line, must, homes)
 
-        `must` means that nothing moves until it is corrected, `homes` that no motor homes.
-        """
-        settings, behaviour, what = self.settings, self.behaviour, "motors on while standing"
-        if self.number(keys.IDLE_MS) is None:
-            yield self._difference(keys.IDLE_MS, None, keys.ALWAYS_ON_MS, what, must=True)
-        yield from self._differs(keys.IDLE_MS, keys.ALWAYS_ON_MS, what, _is_other, must=True)
+    def _expected(self) -> Iterator[Expected]:
+        settings, behaviour = self.settings, self.behaviour
+        what = "motors on while standing"
+        yield Expected(keys.IDLE_MS, keys.ALWAYS_ON_MS, what, _is_other, must=True)
         # the other parts may stay
         mask = int(self.number(keys.REPORT) or 0) | behaviour.report_bits
-        yield from self._differs(keys.REPORT, mask, "what reports contain", _is_other, must=True)
-        yield from self._differs(keys.INCHES, 0, "reports in inches", _is_switched, must=True)
+        yield Expected(keys.REPORT, mask, "what reports contain", _is_other, must=True)
+        yield Expected(keys.INCHES, 0, "reports in inches", _is_switched, must=True)
         for motor in range(len(self.axes.letters)):
-            yield from self._of_axis(motor)
+            yield from self._expected_of_axis(motor)
         junction = self.axes.expected(settings).junction
-        yield from self._differs(keys.JUNCTION, junction, "the corner rounding", _is_far)
-        yield from self._differs(
-            keys.SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched
-        )
-        yield from self._differs(
-            keys.HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched
-        )
+        yield Expected(keys.JUNCTION, junction, "the corner rounding", _is_far)
+        yield Expected(keys.SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
+        yield Expected(keys.HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
         if behaviour.homing_bits is not None and settings.homing:
             bits = int(self.number(keys.HOMING) or 0) | behaviour.homing_bits
-            yield from self._differs(keys.HOMING, bits, "homing, also of single axes", _is_other)
+            yield Expected(keys.HOMING, bits, "homing, also of single axes", _is_other)
         else:
-            yield from self._differs(keys.HOMING, settings.homing, "homing", _is_switched)
+            yield Expected(keys.HOMING, settings.homing, "homing", _is_switched)
         if settings.homing:
             what = "homing directions: motors would move away from their switches"
             mask = self._homing_mask()
-            yield from self._differs(keys.HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
+            yield Expected(keys.HOMING_DIRECTIONS, mask, what, _is_other, homes=True)
         if behaviour.sleep_switch:
             what = "sleep: only it releases the motors"
-            yield from self._differs(keys.SLEEP_ENABLE, 1, what, _is_switched)
+            yield Expected(keys.SLEEP_ENABLE, 1, what, _is_switched)
 
-    def _of_axis(self, motor: int) -> Iterator[Difference]:
+    def _expected_of_axis(self, motor: int) -> Iterator[Expected]:
         settings, expected = self.settings, self.axes.expected(self.settings)
         letter = self.axes.letters[motor]
         axis = self.board.index(letter)
         steps, what = expected.steps_per_unit[motor], f"steps per unit of {letter}"
-        yield from self._differs(keys.STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
-        least, what = expected.rates[motor] * 60.0, f"the highest rate of {letter}"
-        yield from self._at_least(keys.RATE + axis, least, what, "motion is slower than requested")
-        least, what = expected.accelerations[motor], f"the acceleration of {letter}"
-        lower = "motion starts and stops more slowly"
-        yield from self._at_least(keys.ACCELERATION + axis, least, what, lower)
+        yield Expected(keys.STEPS_PER_UNIT + axis, steps, what, _is_other, must=True)
+        for key, least, what in (
+            (keys.RATE, expected.rates[motor] * 60.0, f"the highest rate of {letter}"),
+            (keys.ACCELERATION, expected.accelerations[motor], f"the acceleration of {letter}"),
+        ):
+            stuck = self.number(key + axis) == 0.0
+            effect = "a motion would never end" if stuck else "motion is slower than requested"
+            yield Expected(key + axis, least, f"{what}: {effect}", _is_lower, must=stuck)
         what = f"the travel of {letter}"
         if settings.travel and settings.soft_limits:
-            wanted = settings.travel[motor]
-            yield from self._differs(keys.TRAVEL + axis, wanted, what, _is_other)
+            yield Expected(keys.TRAVEL + axis, settings.travel[motor], what, _is_other)
         elif settings.homing:
             travel = math.ceil((settings.travel or self.axes.spans)[motor])
             what += f": homing gives up after {SEARCH_TRAVELS:g} times that"
-            yield from self._differs(keys.TRAVEL + axis, travel, what, _is_lower)
-
-    def _at_least(self, key: int, least: float, what: str, lower: str) -> Iterator[Difference]:
-        stuck = self.number(key) == 0.0
-        what = f"{what}: {'a motion would never end' if stuck else lower}"
-        return self._differs(key, least, what, _is_lower, must=stuck)
+            yield Expected(keys.TRAVEL + axis, travel, what, _is_lower)
 
     def _homing_mask(self) -> int:
         """Return the board's own mask with a bit for each motor that has to home downwards."""
@@ -493,29 +509,3 @@ class Comparison:
             if way:
                 mask = mask | bit if way < 0 else mask & ~bit
         return mask
-
-    def _differs(
-        self, key: int, wanted: float, what: str, differs: Differs, **effect: bool
-    ) -> Iterator[Difference]:
-        """Yield the difference of a setting, if the board reports one that matters."""
-        found = self.number(key)
-        if found is not None and differs(found, wanted):
-            yield self._difference(key, found, wanted, what, **effect)
-
-    def _difference(
-        self,
-        key: int,
-        found: float | None,
-        wanted: float,
-        what: str,
-        *,
-        must: bool = False,
-        homes: bool = False,
-    ) -> Difference:
-        changed_by = self.behaviour.key(key, self.board)
-        # rounded up, because three decimals must not make a limit lower than expected
-        expected = write_number(math.ceil(wanted * 1000.0 - 1e-6) / 1000.0)
-        where = "" if changed_by is not None else ", in the board's configuration file"
-        line = "" if changed_by is None else f"${changed_by}={expected}"
-        shown = "not reported" if found is None else write_number(found)
-        return Difference(f"${key} ({what}{where})", shown, expected, line, must, homes)
