@@ -124,8 +124,6 @@ class GrblOutputs:
 STOP_POLL_S = 0.02
 # After more Idle reports than this, the firmware evidently ignores a hold at rest.
 IDLE_REPORTS = 10
-# The ok of a jog's line counts as lost after this.
-OK_TIMEOUT_S = 0.3
 
 
 @dataclass(slots=True, eq=False)
@@ -213,18 +211,11 @@ class GrblStops:
     def cancel_jog(self, lines: InFlightLines) -> Script[HostEvent, bool]:
         """End a jog and keep the position; return False if steps may be lost.
 
-        If the board still jogs after `RESEND_S`, the cancel may be lost; `hold` goes on then. Once
-        the board is Idle, a line that it must refuse proves that it reads lines and that its
-        receive buffer holds no motion.
+        If the board still jogs after `RESEND_S`, the cancel may be lost, or a line came after it: a
+        cancel ends only what the planner holds. Then brake once more. Once the board is Idle, a
+        line that it must refuse proves that it reads lines and that its receive buffer holds no
+        motion.
         """
-        # a cancel ends only what the planner holds, so the last line has to get there first
-        while lines.unanswered and not self.io.stop_hard:
-            ok_by_s = lines.sent_s + OK_TIMEOUT_S
-            message = yield from self.exchange.listen(ok_by_s)
-            if isinstance(message, Acknowledged):
-                lines.answered(self.io.now_s)
-            elif message is None and self.io.now_s >= ok_by_s:
-                break
         end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
         self._cancel_again_s = hold_s = self.io.now_s + RESEND_S
         self.exchange.send_realtime(Realtime.JOG_CANCEL)

@@ -30,6 +30,7 @@ from firmware_protocol.grbl import State as BoardState
 from kinematics import Pose
 
 CANCEL, HOLD, RESUME, RESET = b"\x85", b"!", b"~", b"\x18"
+JOG_LINE = rb"\$J="
 BOARDS = ("mega5x", "grbl")
 
 
@@ -268,6 +269,22 @@ def test_a_lost_stop_is_repeated_within_the_announced_time(begin, what, stop, fi
         assert arm.twin.link.pressed(CANCEL) == CANCELS[firmware] * (stop == "release")
         assert arm.twin.board.details()["state"] == "Idle"
     assert arm.status.state is State.STANDBY
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_a_jog_that_is_let_go_while_a_line_is_on_its_way_ends_in_time(firmware):
+    """A cancel ends only what the planner holds."""
+    arm = ready(firmware=firmware)
+    begin_held_jog(arm)
+    arm.sleep(0.5)
+    arm.twin.link.to.append(Rule(JOG_LINE, late_by(0.03), times=1e9))
+    sent = len(arm.twin.link.motions)
+    while len(arm.twin.link.motions) == sent:
+        arm.sleep(0.002)
+    stops_as_announced(arm, arm.jogging.release)
+    arm.sleep(1.0)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
 
 
 def test_an_emergency_stop_before_the_first_report_of_motion_is_repeated_in_time():

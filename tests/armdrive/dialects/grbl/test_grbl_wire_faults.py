@@ -154,6 +154,17 @@ def test_a_number_of_free_lines_that_is_garbled_keeps_no_motion_from_its_end():
     assert honest(arm)
 
 
+def test_a_report_of_idle_while_lines_are_planned_ends_no_motion():
+    """A board says so after the `ok` of a line, until it begins to drive it."""
+    arm = ready()
+    arm.twin.link.back.append(
+        Rule(b"<Run", becoming(lambda told: told.replace(b"Run", b"Idle")), skip=2)
+    )
+    arm.move_j(base_deg=20)
+    assert not arm.twin.link.back[0].times
+    assert standing_as_said(arm)
+
+
 FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
 OTHERS = [b"(", b"$", b"G", b"%", b"0", b"~", b"\r"]
 
