@@ -168,7 +168,7 @@ class RobkoQuirks:
     """What differs between boards.
 
     With `grid_s`, a motor can step only at these intervals. Silence for `watchdog_s` switches the
-    motors off (0 means no watchdog); with `rearms`, any frame switches them on again.
+    motors off (0 means no watchdog).
 
     Quirks of the AVR board, all observed on the ARDN_Operation example on an atmega328p in an AVR
     simulator:
@@ -202,7 +202,6 @@ class RobkoQuirks:
     watchdog_s: float = setting(
         0.0, "seconds without ping, inputs or position; 0: no watchdog", low=0.0
     )
-    rearms: bool = setting(False, "any frame switches the motors on again, as over UDP")
     top_speed_hz: float = TOP_SPEEDS_HZ[AVR]
 
     @property
@@ -376,9 +375,7 @@ class SimRobkoBoard(Board):
             self._answer_s = now_s + THINKS_S
 
     def _reply(self, request: Request, now_s: float) -> None:
-        if self.quirks.rearms and not self.enabled:
-            self._switch(True, now_s)
-        if isinstance(request, Ping | Inputs | Position) or self.quirks.rearms:
+        if isinstance(request, Ping | Inputs | Position):
             self._fed_s = now_s
         self.outgoing += encode_answer(self._do(request, now_s))
 

@@ -58,7 +58,7 @@ RESET = "reset,? or lost its power"
 
 @dataclass(frozen=True, slots=True)
 class ExpectedError:
-    """The code of an error, a pattern for its words, and the trust in the position."""
+    """Patterns for the code of an error and for its words, and the trust in the position."""
 
     code: str
     words: str
@@ -89,16 +89,14 @@ ROWS: tuple[_Row, ...] = (
     (RESTARTS, STANDING, ("robko01",), ExpectedError(RESTARTED, f"{RESET}: its positions are")),
     (RESTARTS, MOVING, ("armdroid",), ExpectedError(FAULT, ABORTED)),
     (RESTARTS, STANDING, ("armdroid",), ExpectedError(RESTARTED, "its greeting: it was reset")),
-    (POWER, MOVING, ("grbl",), ExpectedError(SILENT, "while the arm was moving")),
-    (POWER, MOVING, ("grblHAL", "FluidNC"),
-     ExpectedError(RESTARTED, f"while the arm was moving|{FROM_ZERO}")),
-    (BOARD, MOVING, ("grbl",), ExpectedError(RESTARTED, f"while the arm was moving|{FROM_ZERO}")),
+    (RESTARTS, MOVING, ("grbl",),
+     ExpectedError(f"{SILENT}|{RESTARTED}", f"while the arm was moving|{FROM_ZERO}")),
     (BOARD, MOVING, ("grblHAL",), ExpectedError(FAULT, "")),
     (RESTARTS, STANDING, ("grbl",), ExpectedError(RESTARTED, FROM_ZERO)),
     (RESTARTS, MOVING, ("mks",), ExpectedError(FAULT, RESET)),
     (RESTARTS, STANDING, ("mks",), ExpectedError(RESTARTED, f"{RESET}.*{FROM_ZERO}")),
-    (POWER, MOVING, ("cia402",), ExpectedError(RESTARTED, f"{RESET}|{CHECK_BUS}")),
-    (POWER, MOVING, (PROFILE,), ExpectedError(SILENT, CHECK_BUS)),
+    (POWER, MOVING, ("cia402",),
+     ExpectedError(f"{SILENT}|{RESTARTED}", f"{RESET}|{CHECK_BUS}")),
     (BOARD, MOVING, ("cia402",), ExpectedError(FAULT, RESET)),
     (RESTARTS, STANDING, ("cia402",), ExpectedError(RESTARTED, RESET)),
     (STALLED, MOVING, ("mks",), ExpectedError(FAULT, r"drive 1 \(base\)")),

@@ -139,6 +139,8 @@ class DeviceProcess(SimProcess):
             bufsize=1,
         )
         self.port = self.told_port(dialect)
+        if "--arm" in program:
+            self._heard()  # the port that the arm file has to name
 
 
 class ProcessBench(RealTimeBench):
@@ -175,9 +177,10 @@ class ProcessBench(RealTimeBench):
         self._serve_arm_file(lines, *settings)
 
     def _serve_arm_file(self, lines: str, *settings: str) -> None:
+        words = [word for each in settings for word in ("--set", each)]
         path = self._home / "device.toml"
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
-        self._sim = self._start("tests.conformance.custom_arm", str(path), *settings)
+        self._sim = self._start("armdrive", "sim", "--arm", str(path), *words)
         self.set_arm_file(lines, self._sim.port)
 
     @property

@@ -13,7 +13,7 @@ from .rows_moving import check_moves
 from .rows_stopping import check_within_bound, sweeping
 
 
-@row("connecting, idling and leaving move nothing", "connect", smoke=True)
+@row("connecting, idling and leaving move nothing", "connect")
 def connect_moves_nothing(bench: Bench) -> None:
     with bench.check_unmoved("connecting or idling"):
         arm = bench.connect()

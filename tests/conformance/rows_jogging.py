@@ -52,7 +52,7 @@ def unreferenced_jogs_are_slow(bench: Bench) -> None:
     check(made_rad <= most_rad, "an unreferenced arm was jogged faster than announced")
 
 
-@row("a released jog stops within its bound", "jog", smoke=True)
+@row("a released jog stops within its bound", "jog")
 def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
     arm = bench.ready()
     for after_s in bench.stops_after_s[:2]:

@@ -33,7 +33,7 @@ fault occurs at seven moments of a motion, in real time at one.
 `tests/conformance/faults.py` lists the error and the remaining trust after each fault, for every
 arm. The everyday tests run each row on one dialect of each kind: in bursts, by a queue, and over a
 bus. With THOROUGH=1 they run on all, and on other boards and firmware (`VARIANTS` in
-`tests/conformance/memory_bench.py`), of which a third of the rows run every day.
+`tests/conformance/memory_bench.py`), of which a quarter of the rows run every day.
 
 A single word holds for every transport. Otherwise there is one word for each, in this order:
 """

@@ -272,10 +272,3 @@ class TestPower:
         assert not bench.board.enabled
         assert not bench.device.world.energised
         assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
-
-    def test_one_that_rearms_switches_them_on_with_the_next_frame(self):
-        bench = esp32(watchdog_s=1.0, rearms=True)
-        bench.pass_time(2.0)
-        assert not bench.board.enabled
-        bench.ask(IsMoving())
-        assert bench.board.enabled
