@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.bus.intervals import MAX_DELAY_S
 from armdrive.errors import ArmFileError, Refused
 from armdrive.tasks import (
     ClearFault,
@@ -44,18 +43,6 @@ ALL_SILENT = (
 # What to check if drives did not answer for a while, and answer again.
 BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
 NONE_HEARD = f"no drive answered for a while. {BUS_REMEDY}"
-SLOW_BUS = (
-    f"the bus is too slow for this arm: answers take more than {MAX_DELAY_S:g} s. {BUS_REMEDY}"
-)
-
-# After this many outages without one prompt reading between them, all replies of this bus are
-# late. After any other outage the next question is answered promptly.
-LATE_OUTAGES = 5
-
-
-def not_heard_words(who: str) -> str:
-    """Return that drives (`who`, in words) did not answer for a while, and what to check."""
-    return f"{who} did not answer for a while. {BUS_REMEDY}"
 
 
 def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
@@ -68,6 +55,10 @@ def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
 
 # Timeout of an answer: a drive needs some milliseconds, a busy computer more.
 ANSWER_S = 0.12
+
+# How much longer the last reply is waited for: a frame may wait that long in the computer or the
+# adapter (see `transports/can_link.py`).
+LAST_TRY_S = 0.25
 
 # A second drive with the same id answers within this time of the first.
 LINGER_S = 0.03

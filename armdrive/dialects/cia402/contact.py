@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from armdrive.dialects.bus.phases import end_earlier_motion
+from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
 from armdrive.dialects.cia402.exchange import Cia402Exchange, ReadObjects, Script
 from armdrive.dialects.cia402.objects import DRIVES

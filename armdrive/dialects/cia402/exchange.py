@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, absence, shared_words
-from armdrive.dialects.bus.questions import LAST_TRY_S
+from armdrive.dialects.bus.drives import ALL_SILENT, LAST_TRY_S, absence, shared_words
 from armdrive.dialects.cia402.drives import Answer, Cia402Drive, Trouble, value_of
 from armdrive.dialects.cia402.objects import object_words, value_words
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings, DriveLimits

@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from armdrive.dialects.bus.phases import (
+from armdrive.dialects.bus.homing import (
     Groups,
     HomingEstimate,
     HomingSearch,
@@ -175,10 +175,10 @@ def _searching(
             elif cycles == 1 or (drive in stale and cycles <= STALE_CYCLES):
                 status = HomingStatus.SEARCHING  # it may still report how an earlier search ended
             search.note(drive, status)
-        ended = search.signal()
+        over = search.over
         if search.wrong:
             return RequestRejected(search.wrong)
-        return Done() if ended else None
+        return Done() if over else None
 
     return send, ended
 

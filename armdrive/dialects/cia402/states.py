@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Mapping
 from itertools import cycle
 from types import MappingProxyType
 
-from armdrive.dialects.bus.questions import LAST_TRY_S
+from armdrive.dialects.bus.drives import LAST_TRY_S
 from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive
 from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange, Job, Script
 from armdrive.dialects.exchange import Obstructed

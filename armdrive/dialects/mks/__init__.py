@@ -2,17 +2,13 @@
 
 Read in this order, after `dialects.bus`:
 
-    controller   an arm's requests: which collaborator carries out each
-    ledger       what one drive was sent and the replies that it owes: was it without power?
-    drive        one drive: its orders, and what its readings and other messages show
-    observer     the drives together: outages, drives that do not reply
-    exchange     frames to the drives and their replies; every reply goes to the observer
+    controller   an arm's requests: which collaborator carries out each; the announced bounds
+    drive        one drive: its orders, the replies that it owes, and what its readings show
+    exchange     frames to the drives and their replies
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls
-    motion       the stages of a motion, from the first order until all drives stand
-    steering     targets along a path, updated while the drives move; the drives compared with it
-    paths        where drives are on their path, and what comes next on it
-    bursts       motion by firmware that cannot be steered
+    motion       a motion, from the first order until all drives stand: targets along a path,
+                 updated while the drives move, or bursts; what ends it
     stops        stopping, and relieving drives that push against an obstacle
     homing       the drives' own search for their switches
 

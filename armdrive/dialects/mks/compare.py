@@ -124,7 +124,7 @@ def _difference(drive: MksDrive, answer: Answer, wanted: WantedSetting) -> Diffe
 def fix(io: MksExchange, line: str) -> Script:
     """Write one setting."""
     node, setting = parsed_line(line)
-    drive = io.observer.find(node)
+    drive = io.find(node)
     if drive is None:
         raise Refused(f"`{line}`: no drive of this arm has the id {node}")
     reply = (yield from io.ask({drive: setting}, text=line)).get(drive)

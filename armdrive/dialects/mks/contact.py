@@ -6,18 +6,18 @@ whether it is alone, and why it does not move.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from typing import NoReturn, TypeAlias
 
-from armdrive.dialects.bus.drives import off_target_words, shared_words
-from armdrive.dialects.bus.intervals import DriveFinding
-from armdrive.dialects.bus.phases import end_earlier_motion
+from armdrive.dialects.bus.drives import shared_words
+from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
-from armdrive.dialects.mks.drive import TURNING, MksDrive, obeys_bus, setting_of
+from armdrive.dialects.mks.drive import MksDrive, obeys_bus, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
-from armdrive.dialects.mks.observer import Verdict
-from armdrive.dialects.mks.stops import MksStops, pushing_words, restarted_words
+from armdrive.dialects.mks.stops import MksStops, pushing_words
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
     LATEST,
@@ -45,11 +45,19 @@ from firmware_protocol.mks import (
     abilities_of,
 )
 from firmware_protocol.mks import Request as Message
-from kinematics.text import counted
 
 # The firmware of a drive. Before 1.0.8 it does not report its version, which then follows from the
 # questions that it answers.
 
+# A drive that reports braking stands if its count has not changed for this long. Firmware 1.0.6 was
+# seen to report that for ever after a motion (riccardi-samuele/mks-servo, FAQ).
+BRAKING_S = 0.2
+TURNING = (
+    MotorState.ACCELERATING,
+    MotorState.FULL_SPEED,
+    MotorState.DECELERATING,
+    MotorState.HOMING,
+)
 # Assumed for a drive that reports neither its version nor a setting.
 OLDEST: Version = (1, 0, 4)
 
@@ -107,6 +115,24 @@ def series_words(name: object) -> str:
 Words: TypeAlias = MksScript[str]
 
 
+class TroubleKind(Enum):
+    """What is wrong with a drive in motion."""
+
+    LIMIT = "a limit switch has stopped it"
+    UNFIT = "it has reported a stall, no current, or another mode"
+    OFF_PATH = "it is not where it should be"
+    SILENT = "it owes replies"
+
+
+@dataclass(frozen=True, slots=True)
+class Trouble:
+    """What is wrong with a drive, and the nearest place where it should be."""
+
+    drive: MksDrive
+    kind: TroubleKind
+    place: int = 0
+
+
 class MksInquiry:
     """Finds out what keeps drives from moving."""
 
@@ -146,32 +172,23 @@ class MksInquiry:
         for question in questions:
             self._io.put(drive, question)
 
-    def obstructed(self, drive: MksDrive) -> MksScript[Alert | None]:
-        """Return what keeps a drive from moving: a stall, no current, or its mode; or None."""
+    def explain(self, trouble: Trouble) -> MksScript[Alert]:
+        """Find out why a drive is in trouble, and what that means for the arm."""
+        drive = trouble.drive
+        if trouble.kind is TroubleKind.LIMIT:
+            words = f"{drive} has run into a limit switch, which stopped it"
+            return Alert(AlertKind.ALARM_LOST, words)
         if (yield from self.stalled((drive,))):
             return Alert(AlertKind.SWITCHED_OFF, stall_words(drive))
+        if drive.restarted:
+            return Alert(
+                AlertKind.RESTARTED,
+                f"{drive} was reset or lost its power: it counts from zero again",
+            )
         if (yield from self.off((drive,))):
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
         mode = yield from self.mode_words(drive)
-        return Alert(AlertKind.OFF_PATH, mode) if mode else None
-
-    def explain(self, verdict: Verdict) -> MksScript[Alert]:
-        """Find out why a drive is in the wrong place, and what that means for the arm."""
-        drive = self._io.drive(verdict.drive.node)
-        if verdict.finding is DriveFinding.RESTARTED:
-            stalled = yield from self.stalled((drive,))
-            if not stalled:
-                return Alert(AlertKind.RESTARTED, restarted_words(drive))
-        obstructed = yield from self.obstructed(drive)
-        return obstructed or Alert(AlertKind.OFF_PATH, _departed_words(verdict))
-
-    def found_at_rest(self, drive: MksDrive) -> MksScript[Alert]:
-        """Find out why a drive that had no new target has moved."""
-        now_s, count = self._io.now_s, drive.count
-        restarted = drive.counts_from_zero(now_s, now_s)
-        finding = DriveFinding.RESTARTED if restarted else DriveFinding.ELSEWHERE
-        verdict = Verdict(drive, finding, count, drive.goal)
-        return (yield from self.explain(verdict))
+        return Alert(AlertKind.OFF_PATH, mode or off_path_words(drive, trouble.place))
 
 
 def stall_words(drive: MksDrive) -> str:
@@ -182,19 +199,14 @@ def stall_words(drive: MksDrive) -> str:
     )
 
 
-def _departed_words(verdict: Verdict) -> str:
-    drive = verdict.drive
-    turns = drive.still_s >= drive.read_s  # it had turned since the reading before
-    if verdict.finding is DriveFinding.OFF_PATH or (
-        verdict.finding is DriveFinding.BLOCKED and turns
-    ):
-        error = abs(round(verdict.place) - verdict.count)
-        return (
-            f"{drive} has {counted(error, 'count')} of following error: it is overloaded, its "
-            "supply is too weak for its speed, or its firmware slows down at new targets in motion "
-            "(`segment_s = 0` under [mks] sends none)"
-        )
-    return off_target_words(verdict.drive, verdict.count, round(verdict.place), "counts")
+def off_path_words(drive: MksDrive, place: int) -> str:
+    """Return how far a drive is from where it should be, and the likely causes."""
+    return (
+        f"{drive} is at {drive.count} counts, {abs(drive.count - place)} from where it should be: "
+        "it is blocked or overloaded, was turned by force or reset, got its orders late, or cannot "
+        "follow them, since its supply or its ramp is too weak, or its firmware slows down at new "
+        "targets in motion (`segment_s = 0` under [mks] sends none)"
+    )
 
 
 REPLIES_OFF = (
@@ -243,10 +255,9 @@ class MksContact:
             raise Obstructed(words)
         yield from self._recognise()
         yield from self._end_earlier_motion()
-        yield from self.adopt_positions()
         for drive in io.drives:
-            drive.rest_at(drive.count, io.now_s)
-            drive.fresh = True
+            drive.target, drive.fresh = drive.count, True
+            drive.stand(io.now_s)
         self.watched = not (yield from self._unwatched())
         self.connected = True
 
@@ -283,12 +294,7 @@ class MksContact:
 
     def _end_earlier_motion(self) -> MksScript[None]:
         """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(
-            self._io,
-            self._turning,
-            self._stops.halt,
-            lambda drive: drive.state is MotorState.HOMING,
-        )
+        return end_earlier_motion(self._io, self._turning, self._stop, lambda drive: drive.homes)
 
     def _turning(self) -> MksScript[list[MksDrive]]:
         """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.
@@ -296,19 +302,30 @@ class MksContact:
         A stop would leave that one without a calibration.
         """
         io = self._io
+        yield from io.read(ReadState())
+        yield from io.require_positions()
         turning = []
-        for drive in (yield from io.read(ReadState())):
+        for drive in io.drives:
             if drive.state is MotorState.CALIBRATING:
                 raise Obstructed(
                     f"{drive} is calibrating: wait until it has finished. If it does not, "
                     "switch its supply off and on: one that cannot turn its motor stays so"
                 )
-            if drive.state in TURNING:
+            drive.homes = drive.state is MotorState.HOMING
+            # some firmware reports braking for ever
+            brakes = drive.state is MotorState.DECELERATING
+            stands = brakes and drive.stands(-math.inf, BRAKING_S)
+            if drive.state in TURNING and not stands:
                 turning.append(drive)
         if turning:
-            yield from io.look(turning)  # whether the counts change says more than the state
             yield from io.pause(io.now_s + io.settings.poll_s)
         return turning
+
+    def _stop(self, drives: Sequence[MksDrive]) -> MksScript[None]:
+        """Stop drives. Raises `Obstructed` if one does not come to rest."""
+        left = yield from self._stops.halt(drives, hard=any(drive.homes for drive in drives))
+        if left:
+            raise Obstructed(f"{left[0]} did not come to rest after a stop")
 
     # -- positions ----------------------------------------------------------------------------
 
@@ -319,8 +336,9 @@ class MksContact:
         for drive in io.drives:
             if not self.on or drive.moving or drive.is_near:
                 continue
-            io.notify((yield from self._inquiry.found_at_rest(drive)))
-            drive.rest_at(drive.count, io.now_s)
+            trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
+            io.notify((yield from self._inquiry.explain(trouble)))
+            drive.stand(io.now_s)
         return io.registers()
 
     def adopt_positions(self) -> MksScript[None]:
@@ -338,9 +356,6 @@ class MksContact:
         """
         yield from self.adopt_positions()
         pushing = yield from self._stops.relieve(self._io.drives)
-        if not pushing:
-            return
-        yield from self._stops.relieved(pushing)
         for drive, off in pushing.items():
             if why := (yield from self._inquiry.mode_words(drive)):  # it obeys nothing, and pushes
                 raise Obstructed(why)

@@ -14,7 +14,6 @@ from armdrive.abilities import SEGMENTS_AHEAD, Abilities
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
 from armdrive.dialects.bus.drives import BUS_REQUESTS, bus_motors
-from armdrive.dialects.bus.observer import unwrapped
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
     ScriptRunner,
@@ -22,14 +21,12 @@ from armdrive.dialects.controller import (
     StopPart,
     Stopping,
 )
-from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import compare, fix
 from armdrive.dialects.mks.contact import MksContact, MksInquiry
 from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.homing import HOMING_SLOPE, MksHoming
-from armdrive.dialects.mks.motion import MksMotion
+from armdrive.dialects.mks.motion import MksMotion, catch_up_rpm, catch_up_travel
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.steering import catch_up_rpm, catch_up_travel
 from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -68,7 +65,6 @@ class MksController(ScriptRunner[Event]):
         self._inquiry = MksInquiry(io)
         self._contact = MksContact(io, self._stops, self._inquiry, self._choose)
         self._motion = MksMotion(io, self._stops, self._inquiry)
-        self._bursts = MksBursts(io, self._motion)
         self._homing = MksHoming(io, self._stops, self._inquiry, motors.ranges)
         self._choose()
 
@@ -128,7 +124,7 @@ class MksController(ScriptRunner[Event]):
                     yield from self._contact.adopt_positions()
                 return homed
             case MoveBy(steps, rate_hz, released) if not self.abilities.queued_segments:
-                return (yield from self._bursts.burst(steps, rate_hz, released))
+                return (yield from self._motion.burst(steps, rate_hz, released))
             case MoveBy(released=released):
                 along = MoveAlong(iter((request,)), request.duration_s + 1.0, released=released)
                 return (yield from self._motion.along(along))
@@ -197,11 +193,17 @@ class MksController(ScriptRunner[Event]):
         """Bound each drive's deviation from the straight path; steered drives stay on it."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)
-        return self._bursts.deviations_of(steps, rate_hz)
+        return self._motion.deviations_of(steps, rate_hz)
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Return the registers; a drive near where it was left is taken to be there."""
-        return unwrapped(self._exchange.drives, registers, near, self._exchange.now_s)
+        """Return the registers; a drive near where it was left is taken to be there.
+
+        A position loop holds within some counts. Nothing wraps: an arm does not turn that far.
+        """
+        return Motors(
+            drive.found_near(there) if count == drive.target else count
+            for drive, count, there in zip(self._exchange.drives, registers, near, strict=True)
+        )
 
 
 _TOP_HZ = SPEED_MAX_RPM * COUNTS_S_PER_RPM

@@ -1,28 +1,20 @@
-"""One MKS drive: its orders, which may come late or get lost, and what its replies show.
+"""One MKS drive: its orders, what it has answered, and where it is by both. Counts, seconds.
 
-A drive tells its position when it is asked. In addition to what any reading shows (`bus.observer`):
-
-    absence whether it had no power for a moment, by the replies that it owes (`ledger`)
-    rest    where it can come to rest after a stop: between where its orders had it, its target and,
-            if it was silent, where it was read last, plus a corridor
+A drive tells its position only when it is asked, and a reply names no question. Replies come in the
+order of the questions, so a position was sampled at some moment since its question was sent.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
-from armdrive.dialects.bus.intervals import Bounds, DriveFinding, Reading, covered
-from armdrive.dialects.bus.observer import ObservedDrive
-from armdrive.dialects.bus.paths import Interval
-from armdrive.dialects.bus.questions import EPSILON_S
-from armdrive.dialects.mks.ledger import POLL_SPACING_S, Ledger
 from armdrive.dialects.mks.settings import MksSettings
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
     Answer,
-    Answered,
     Code,
     EnabledRead,
     EncoderRead,
@@ -41,230 +33,289 @@ from firmware_protocol.mks import (
     slope_of,
 )
 
-# How many counts a loaded shaft may give way while its position loop still holds it.
-GIVE = COUNTS_PER_TURN // 32
-# A drive stands if its count has not changed for this long since its last order, although it
-# reports braking.
-#
-# Firmware 1.0.6 was seen to report braking for ever after a motion (riccardi-samuele/mks-servo,
-# FAQ). At the lowest speed, 1 rpm, a count changes by 54 in this time.
-STILL_S = 0.2
-
-# A drive that reports one of these after a stop has not received it.
-RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED, MotorState.HOMING)
-TURNING = (*RUNNING, MotorState.DECELERATING)
-
-# Two readings at least this far apart show that a drive stands, if it has not turned.
-APART_S = 0.01
+# A silent drive is asked again after this time, or twice its usual reply time: so that one that
+# restarts, which takes 0.15 s, leaves at least `OWED_LIMIT` questions unanswered.
+RETRY_S = 0.01
+# A drive that leaves this many questions in a row unanswered may have lost its power. On a bus that
+# loses one frame in ten, a sound drive does so once in 750 questions.
+OWED_LIMIT = 4
+# How often a drive is asked that owes replies.
+OWING_S = 0.1
+# Late replies are waited for this long: drives get no targets meanwhile, and stand after 0.3 s. The
+# slowest reply that was observed, on an overloaded computer, took 0.18 s.
+LATE_REPLY_S = 1.0
 # A drive that accepts an order says "started" within this time of the "failed" it sends for the
 # order that was replaced, before or after it.
 START_WINDOW_S = 0.01
+# How many counts a loaded shaft may give way while its position loop still holds it.
+GIVE = COUNTS_PER_TURN // 32
+# How much faster than ordered a sound drive may turn. Real MKS drives ordered to 2400 to 3000 rpm
+# turned 0.8 % faster (riccardi-samuele/mks-servo-cpp, setup guide).
+SPEED_ERROR = 1.05
+# How far a drive that has just restarted may have turned.
+JUST_BEGUN = 1000
+# How much of the slowest reply's time counts at the next reply.
+FADING = 0.8
+# A drive that counts more than this has not restarted.
+NEAR_ZERO = 2 * COUNTS_PER_TURN
+# Step of the dead reckoning.
+STEP_S = 0.005
+# How far the reckoned place moves towards a reading, as a share of their distance.
+CORRECTION_GAIN = 0.3
+# Only a reply that is as prompt as this tells where the drive is now.
+PROMPT_REPLY_S = 0.03
 
 
-class MksDrive(ObservedDrive):
-    """One drive of an arm, by its orders and its replies."""
+class OpenQuestions:
+    """The questions about a drive's position that it has not answered.
+
+    Deadlines are in listened time (`ListenedTime`): a program that was suspended misses nothing.
+    """
+
+    def __init__(self) -> None:
+        self.asked_s = -math.inf
+        """When the last question was sent."""
+        self.usual_s = 0.0
+        """How long its latest reply took."""
+        self.slow_s = 0.0
+        """How long the slowest of its latest replies took: its orders may be as late."""
+        self._open: deque[tuple[float, float]] = deque(maxlen=256)
+        self._owes_since_s = math.inf
+
+    def ask(self, now_s: float, listened_s: float) -> None:
+        """Record a question."""
+        self._open.append((now_s, listened_s))
+        self.asked_s = now_s
+        if len(self._open) >= OWED_LIMIT:
+            self._owes_since_s = min(self._owes_since_s, listened_s)
+
+    def answer(self, now_s: float, listened_s: float) -> float:
+        """Record a reply; return the earliest moment at which it can be sampled."""
+        if not self._open:
+            return now_s - LATE_REPLY_S
+        asked_s, asked_listened_s = self._open.popleft()
+        waited_s = listened_s - asked_listened_s
+        self.slow_s = max(waited_s, FADING * self.slow_s)
+        if len(self._open) < OWED_LIMIT:  # the others were lost, or their replies are late
+            self.usual_s = waited_s
+            self.clear()
+        return asked_s
+
+    def clear(self) -> None:
+        """Wait for no reply any more."""
+        self._open.clear()
+        self._owes_since_s = math.inf
+
+    def next_s(self, period_s: float) -> float:
+        """Return when to ask again: after a period, sooner if a reply is missing.
+
+        Not if it owes many: on a link that has become slow, its replies are all under way.
+        """
+        if self.owes:
+            return self.asked_s + max(period_s, OWING_S)
+        return self.asked_s + (max(RETRY_S, 2.0 * self.usual_s) if self._open else period_s)
+
+    @property
+    def owes(self) -> bool:
+        """Whether so many replies are missing that the drive may have lost its power."""
+        return math.isfinite(self._owes_since_s)
+
+    def lost(self, listened_s: float, patience_s: float = LATE_REPLY_S) -> bool:
+        """Return whether the missing replies will not come any more."""
+        return listened_s > self._owes_since_s + patience_s
+
+
+class MksDrive:
+    """One drive of an arm. `place` and `speed` are reckoned from its orders and its readings."""
 
     def __init__(self, node: int, name: str, settings: MksSettings) -> None:
-        corridor = settings.following_error_counts
-        bounds = Bounds(settings.in_position_counts, corridor, GIVE, COUNTS_PER_TURN)
-        super().__init__(node, name, bounds)
-        self.questions = self.ledger = Ledger()
-        self.absence = self.ledger.absence
-        self.late_readings = 0
-        """How many readings came since the last one that was surely sampled within the allowed
-        delay. Those that were asked for closer together than `POLL_SPACING_S` count as one."""
-        self._late_s = -math.inf
-        self.frame_s = -math.inf
-        """When the last frame from it arrived, requested or not."""
-        self.lag = 0.0
-        """How far its orders were ahead of it at the last reading."""
-        self.sent = Interval(0.0, 0.0)
-        """The range of its targets since it stood last."""
-        self._rest = Interval(-math.inf, math.inf)
-        """Where it may come to rest after a stop."""
+        self.node, self.name = node, name
+        self.rest = settings.in_position_counts
+        """How far from its target a drive that holds may be."""
+        self.questions = OpenQuestions()
+        self.count = 0
+        """Its last reading."""
+        self.read_s = -math.inf
+        """When its last reading came."""
+        self.asked_s = -math.inf
+        """The earliest moment at which that can have been sampled."""
+        self.still_s = math.inf
+        """When the first of its latest readings came that all found it in one place."""
+        self._still = 0
+        self.target = 0
+        """Its last target, or where it stands."""
+        self.order: MoveAbsoluteAxis | None = None
+        """Its last order; None if it stands."""
+        self.homes = False
+        self.fresh = False
+        """Whether it has had no target since it was found standing."""
+        self.place, self.speed, self._reckoned_s = 0.0, 0.0, -math.inf
         self.state: MotorState | None = None
-        """Its last motor state since this was cleared."""
         self.homing: HomingState | None = None
-        """Its last homing state since this was cleared."""
-        self.last_order: MoveAbsoluteAxis | None = None
-        """Its last order, unless a stop came after it."""
-        self.at_limit = False
-        """Whether a limit switch has stopped it since the motion began."""
-        self.unfit = False
-        """Whether it has reported a stall, no current, or a mode in which the bus moves nothing,
-        since the motion began."""
-        self.rejected_s = math.inf
-        """When its last "failed" counts as a rejection; infinity if it accepts its orders.
-
-        A moving drive reports "failed" for an order that a newer one replaces, and also for an
-        order that it rejects; no bit tells the two apart. But next to the first it reports that the
-        newer order has started.
+        """Its motor state and homing state as last reported since they were cleared."""
+        self.started_s, self.rejected_s = -math.inf, math.inf
+        """When it last reported that an order has started, and when its last "failed" counts as a
+        rejection: an order that a newer one replaces fails as well, but next to the start of that.
         """
+        self.unfit = self.at_limit = False
+        """Whether it has reported since the motion began that it cannot move, and that a limit
+        switch has stopped it."""
+        self.doubts, self._doubted_s = 0, -math.inf
+        """How many readings in a row found it where it should not be."""
+        self.fit, self._fit_s = 0, -math.inf
+        """The last count at which it was where it should be, and when that was asked for."""
+        self._top = 0.0  # its greatest speed since the motion began
         self.two_zeros = ""
         """That its targets count from another place than its readings, in words."""
 
+    def __str__(self) -> str:
+        return f"drive {self.node} ({self.name})"
+
+    @property
+    def moving(self) -> bool:
+        """Whether it was sent somewhere and was not seen to stand since."""
+        return self.order is not None or self.homes
+
     # -- orders -------------------------------------------------------------------------------
 
-    def watch(self) -> None:
-        """Begin a motion: judge the drive from its last reading on."""
-        super().watch()
-        self.late_readings = 0
-        self.rejected_s = math.inf
-        self.at_limit = self.unfit = False
+    def begin(self) -> None:
+        """Prepare for a motion: forget what was reported before."""
+        self.questions.clear()
+        self.doubts, self.rejected_s = 0, math.inf
+        self.unfit = self.at_limit = False
+        self.fit, self._fit_s, self._top = self.count, self.asked_s, 0.0
 
     def follow(self, order: MoveAbsoluteAxis, now_s: float) -> None:
-        """Record that it has been sent an order."""
-        self.last_order = order
-        speed = order.speed_rpm * COUNTS_S_PER_RPM
-        self.order(order.counts, speed, slope_of(order.acc), now_s)
+        """Record that it was sent an order."""
+        self.reckon(now_s)
+        self.order, self.target = order, order.counts
+        self.fresh = False
+        self._top = max(self._top, order.speed_rpm * COUNTS_S_PER_RPM)
 
-    def order(self, goal: int, speed: float, slope: float, now_s: float) -> None:
-        """Record an order with its speed and ramp."""
-        super().order(goal, speed, slope, now_s)
-        if goal not in self.sent:
-            self.sent = Interval(min(self.sent.low, goal), max(self.sent.high, goal))
+    def stand(self, now_s: float, *, stopped: bool = False) -> None:
+        """Record that it stands: at its target, if it is near there, since encoders tremble.
 
-    def stop(self, now_s: float) -> None:
-        """Record a stop: the drive comes to rest between its present place and its target.
-
-        One that has been silent may have missed its orders, and be where it was read last. Its last
-        order must not be sent again.
+        One that was `stopped` stands where it was read.
         """
-        self.last_order = None
-        self.course.advance(now_s)
-        ends = [self.course.place, self.course.goal]  # the stop may be lost: then it goes on
-        if now_s > self.read_s + self.bounds.late_s:
-            ends.append(float(self.count))
-        margin = self.bounds.corridor + self._late(now_s)
-        self._rest = Interval(min(ends), max(ends)).widened(margin)
+        at = self.target if self.is_near and not stopped else self.count
+        self.target = self.fit = at
+        self.place, self.speed, self._reckoned_s = float(at), 0.0, now_s
+        self.order, self.homes = None, False
 
-    def rest_at(self, count: int, now_s: float) -> None:
-        """Record that the drive stands at a count."""
-        super().rest_at(count, now_s)
-        self.absence.forget()
-        self.sent, self._rest = Interval(count, count), Interval(-math.inf, math.inf)
+    def reckon(self, now_s: float) -> None:
+        """Advance its place to the present: it turns to its target by the order's ramp."""
+        while self.order is not None and self._reckoned_s < now_s - 1e-9:
+            step_s = min(STEP_S, now_s - self._reckoned_s)
+            left = self.target - self.place
+            # an immediate ramp takes one step
+            slope = min(slope_of(self.order.acc), 1e9)
+            top = min(self.order.speed_rpm * COUNTS_S_PER_RPM, math.sqrt(2.0 * slope * abs(left)))
+            change, before = slope * step_s, self.speed
+            self.speed += min(max(math.copysign(top, left) - before, -change), change)
+            self.place += (before + self.speed) / 2.0 * step_s
+            self._reckoned_s += step_s
+            if abs(self.target - self.place) <= abs(self.speed) * step_s and abs(before) <= change:
+                self.place, self.speed = float(self.target), 0.0
+            if self.place == self.target and not self.speed:
+                break
+        self._reckoned_s = now_s
 
-    def stand(self, now_s: float) -> None:
-        """Record that the drive stands: at its target if it is near it, otherwise at its count.
+    # -- answers ------------------------------------------------------------------------------
 
-        Its course may have left both: it followed the readings of a drive that homed by itself.
-        """
-        if self.moving or not self.is_near:
-            self.rest_at(self.count, now_s)
-            return
-        self._courses.rest_at(self.goal, now_s)
-        self._restart_comparison(now_s)
-
-    def _restart_comparison(self, now_s: float) -> None:
-        super()._restart_comparison(now_s)
-        self.lag = 0.0
-
-    # -- readings -----------------------------------------------------------------------------
-
-    def read(self, count: int, now_s: float) -> None:
-        """Record its count and conclude what that means."""
-        self.absence.conclude(now_s)
-        super().read(count, now_s)
-        if now_s <= self.asked_s + self.bounds.late_s + EPSILON_S:
-            self.late_readings = 0
-        elif self.asked_s >= self._late_s + POLL_SPACING_S - EPSILON_S:
-            self.late_readings, self._late_s = self.late_readings + 1, self.asked_s
-        if self.is_within_reach:
-            self.lag = self.place - count
-
-    def _judge(self, reading: Reading, off: float) -> DriveFinding:
-        away_s = self.absence.since_s
-        if math.isfinite(away_s) and not self._reach.is_left:
-            if self.counts_from_zero(away_s, reading.read_s):
-                return DriveFinding.RESTARTED
-            self.absence.acquit()  # its count proves that it kept its power
-        return super()._judge(reading, off)
-
-    # -- conclusions --------------------------------------------------------------------------
-
-    def _late(self, now_s: float) -> float:
-        """Return how far it turns during the allowed delay."""
-        return covered(self.course.in_force(now_s).fastest, self.bounds.late_s)
-
-    def margin(self, now_s: float) -> float:
-        """Return how far it may be from the common path of all drives."""
-        return self.bounds.corridor + self._late(now_s - self.bounds.late_s)
-
-    @property
-    def is_elsewhere(self) -> bool:
-        """Whether it was out of reach twice: no shaft can have turned there."""
-        return self.finding in (DriveFinding.RESTARTED, DriveFinding.ELSEWHERE)
-
-    def may_have_restarted(self, now_s: float) -> bool:
-        """Whether its next order might turn it from a new zero.
-
-        It is silent, or out of reach, or still owes replies: then it was not read since, or may
-        count from zero.
-        """
-        if self.finding is DriveFinding.DOUBTED or self.ledger.silent:
-            return True
-        away_s = self.absence.suspected_s
-        return self.absence.suspected and (
-            self.read_s < away_s or self.counts_from_zero(away_s, now_s)
-        )
-
-    @property
-    def is_within_reach(self) -> bool:
-        """Whether a shaft can have turned to its last count."""
-        return self._reach.is_within
-
-    @property
-    def rests_off_path(self) -> bool:
-        """Whether it came to rest outside the interval of its stop."""
-        return bool(self.course.max_speed) and self.count not in self._rest
-
-    @property
-    def is_on_path(self) -> bool:
-        """Whether its last count is between targets that it received."""
-        return self.count in self.sent.widened(self.bounds.corridor)
-
-    # -- messages -----------------------------------------------------------------------------
-
-    def note(self, event: Answered, now_s: float) -> None:
-        """Record what a message from it shows."""
-        answer = event.answer
-        if isinstance(answer, Status):
-            self._note_status(answer, now_s)
-            return
-        if event.request is None:  # a late reading, which may be older than the last one
-            if isinstance(answer, EncoderRead):
-                self.ledger.located(now_s)
-            return
+    def note(self, answer: Answer, now_s: float, listened_s: float) -> None:
+        """Record an answer, expected or not."""
         match answer:
-            case EncoderRead(counts):
-                self.read(counts, now_s)
+            case EncoderRead(count):
+                self._locate(count, now_s, listened_s)
             case StateRead(state):
-                self.state = self._believed(state)
+                self.state = state
+            case HomingRead(_, HomingState() as state):  # before 1.0.7 there is only the first
+                self.homing = state
             case StallRead(on=True) | EnabledRead(on=False):
                 self.unfit = True
-            case SettingRead(Code.MODE) if not obeys_bus(setting_of(answer)):
-                self.unfit = True
-            case HomingRead(by_command=homing) if homing is not None:
-                self.homing = homing
+            case SettingRead(code=Code.MODE):
+                self.unfit = self.unfit or not obeys_bus(setting_of(answer))
+            case Status():
+                self._note_status(answer, now_s)
 
     def _note_status(self, status: Status, now_s: float) -> None:
         match status.code, status.outcome:
             case _, Outcome.STARTED:
-                self.confirmed_s = now_s
-                self.rejected_s = math.inf
-            case Code.ABSOLUTE_AXIS, Outcome.FAILED:
-                if now_s > self.confirmed_s + START_WINDOW_S:
-                    self.rejected_s = min(self.rejected_s, now_s + START_WINDOW_S)
+                self.started_s, self.rejected_s = now_s, math.inf
+            case Code.ABSOLUTE_AXIS, Outcome.FAILED if now_s > self.started_s + START_WINDOW_S:
+                self.rejected_s = min(self.rejected_s, now_s + START_WINDOW_S)
             case _, Outcome.LIMIT_STOP:
                 self.at_limit = True
             case Code.HOME, Outcome.DONE:
                 self.homing, self.state = HomingState.DONE, MotorState.STOPPED
 
-    def _believed(self, state: MotorState) -> MotorState:
-        """Return the state that it reports, corrected if it reports braking but its count stays."""
-        since_s = max(self.still_s, self.course.ordered_s)
-        stands = state is MotorState.DECELERATING and self.asked_s >= since_s + STILL_S
-        return MotorState.STOPPED if stands else state
+    def _locate(self, count: int, now_s: float, listened_s: float) -> None:
+        self.asked_s = self.questions.answer(now_s, listened_s)
+        self.count, self.read_s = count, now_s
+        if self.is_far:
+            self.questions.clear()  # it has not restarted
+        if math.isinf(self.still_s) or abs(count - self._still) > self.rest // 4 + 1:
+            self._still, self.still_s = count, now_s
+        if self.order is not None and now_s <= self.asked_s + PROMPT_REPLY_S:
+            self.reckon(now_s)
+            here = count + self.speed * (now_s - self.asked_s) / 2.0
+            self.place += CORRECTION_GAIN * (here - self.place)
+
+    def judge(self, low: float, high: float) -> bool:
+        """Judge the last reading by where the drive can be; return whether it is elsewhere.
+
+        It cannot have turned faster than ordered. Only a second reading, asked for after the first,
+        is a proof.
+        """
+        reach = SPEED_ERROR * self._top * (self.read_s - self._fit_s) + GIVE
+        if low <= self.count <= high and abs(self.count - self.fit) <= reach:
+            self.doubts, self.fit, self._fit_s = 0, self.count, self.asked_s
+        elif not self.doubts or self.asked_s >= self._doubted_s:
+            self.doubts, self._doubted_s = self.doubts + 1, self.read_s
+        return self.doubts > 1
+
+    def stands(self, since_s: float, for_s: float) -> bool:
+        """Return whether its readings since a moment found it in one place for a time."""
+        return self.asked_s >= max(self.still_s, since_s) + for_s
+
+    # -- positions ----------------------------------------------------------------------------
+
+    @property
+    def is_located(self) -> bool:
+        """Whether its position was ever read."""
+        return math.isfinite(self.read_s)
+
+    @property
+    def is_far(self) -> bool:
+        """Whether it counts more than one that has just restarted."""
+        return abs(self.count) > NEAR_ZERO
+
+    @property
+    def is_near(self) -> bool:
+        """Whether its last count is at its target."""
+        return self.is_located and abs(self.count - self.target) <= self.rest
+
+    @property
+    def restarted(self) -> bool:
+        """Whether its last count is that of a drive that has just restarted.
+
+        Some encoders know their angle within a turn and begin to count there.
+        """
+        low, high = sorted((self.fit, self.target))
+        give = self.rest if low == high else JUST_BEGUN
+        on_its_way = low - give <= self.count <= high + give
+        return not on_its_way and -JUST_BEGUN <= self.count <= COUNTS_PER_TURN + JUST_BEGUN
+
+    @property
+    def register(self) -> int:
+        """Its count; that of its target if it stands there, since a position loop trembles."""
+        return self.target if not self.moving and self.is_near else self.count
+
+    def found_near(self, there: int) -> int:
+        """Return where it stands: where it was left, if it was found near there."""
+        if self.fresh and abs(self.target - there) <= self.rest:
+            self.target, self.place = there, float(there)
+        return self.target
 
 
 def setting_of(answer: Answer | None) -> Setting | None:

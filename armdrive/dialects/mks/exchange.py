@@ -1,4 +1,4 @@
-"""Requests to MKS drives out, replies in, and what each reply shows to the observer.
+"""Requests to MKS drives out, replies in.
 
 A script sends one request to each of several drives at once and waits for all replies. A request
 that is safe to repeat is sent again if its reply is missing, since frames can be lost.
@@ -10,12 +10,10 @@ from collections import Counter
 from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
-from armdrive.dialects.bus.drives import ALL_SILENT, SURPLUS_LIMIT, absence
-from armdrive.dialects.bus.questions import LAST_TRY_S
+from armdrive.dialects.bus.drives import ALL_SILENT, LAST_TRY_S, SURPLUS_LIMIT, absence
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.mks.drive import MksDrive, setting_of
-from armdrive.dialects.mks.observer import Observer
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.words import plain
 from armdrive.tasks import ProtocolWarning, Registers, Reply, RequestRejected, Timeout
@@ -26,10 +24,8 @@ from firmware_protocol.mks import (
     Answered,
     ArmSynchronous,
     Code,
-    EncoderRead,
     Event,
     Host,
-    Motion,
     MoveAbsoluteAxis,
     Outcome,
     Read,
@@ -38,7 +34,6 @@ from firmware_protocol.mks import (
     ReadSetting,
     Setting,
     Status,
-    Stop,
     UnreadableFrame,
     abilities_of,
 )
@@ -50,9 +45,10 @@ T = TypeVar("T")
 MksScript: TypeAlias = ExchangeScript[Event, T]
 Script: TypeAlias = MksScript[Reply]
 
-
 # Replies that a drive may still owe: more than that many were lost, and will not come.
 MOST_OWED = 16
+# How often drives are polled at least whose count could be that of a restarted one.
+NEAR_ZERO_S = 0.1
 
 
 class SurplusAnswers:
@@ -70,12 +66,9 @@ class SurplusAnswers:
         """Record a question that has one reply."""
         self._surplus[node, code] = max(self._surplus[node, code] - 1, -MOST_OWED)
 
-    def answered(self, node: int, code: int) -> None:
-        """Record a reply, expected or not."""
+    def answered(self, node: int, code: int) -> bool:
+        """Record a reply; return whether there were more replies than questions."""
         self._surplus[node, code] += 1
-
-    def exceeds(self, node: int, code: int) -> bool:
-        """Return whether there were more replies than questions."""
         return self._surplus[node, code] > 0
 
     def clear(self) -> None:
@@ -99,7 +92,7 @@ class SurplusAnswers:
 
 
 class MksExchange(ScriptIO[Event]):
-    """Sends requests to the drives and passes their replies to the observer."""
+    """Sends requests to the drives and records what their replies tell."""
 
     look_at = ALL_SILENT
 
@@ -108,65 +101,67 @@ class MksExchange(ScriptIO[Event]):
         self.host = Host(settings.ids)
         self.settings = settings
         named = zip(settings.ids, names, strict=True)
-        self.observer = Observer([MksDrive(node, name, settings) for node, name in named])
+        self.drives = tuple(MksDrive(node, name, settings) for node, name in named)
+        """All drives, in motor order."""
+        self._by_id = {drive.node: drive for drive in self.drives}
         self.able = abilities_of(settings.version or LATEST)
         """The abilities that all drives have, as far as is known."""
         self.surplus = SurplusAnswers()
         self.garbled = 0
         """How many replies were unreadable."""
 
-    @property
-    def drives(self) -> tuple[MksDrive, ...]:
-        """All drives, in motor order."""
-        return self.observer.drives
-
-    @property
-    def under_way(self) -> tuple[MksDrive, ...]:
-        """The drives with a target that were not seen to stand since."""
-        return tuple(drive for drive in self.drives if drive.moving)
-
-    def witness(self, others: Collection[MksDrive]) -> tuple[MksDrive, ...]:
-        """Return a drive to ask along with others, or none; its reply shows that the bus works.
-
-        Without it, drives that fall silent together look like a bus that does.
-        """
-        return tuple(drive for drive in self.drives if drive not in others)[:1]
+    def find(self, node: int | None) -> MksDrive | None:
+        """Return a drive by its id, or None."""
+        return None if node is None else self._by_id.get(node)
 
     def drive(self, node: int) -> MksDrive:
         """Return a drive by its id."""
-        return self.observer[node]
+        return self._by_id[node]
 
     # -- sending ------------------------------------------------------------------------------
 
     def put(self, drive: MksDrive, message: Message, text: str = "") -> None:
         """Send a request to a drive; an earlier one with the same code is no longer awaited."""
         self.write(self.host.send(drive.node, message), text)
-        if drive.ledger.answers_orders or not isinstance(message, Motion):
-            owes = isinstance(message, ReadEncoder | MoveAbsoluteAxis | Stop)
-            self.observer.sent(drive, self.now_s, owes=owes)
         if isinstance(message, Read):
             self.surplus.asked(drive.node, message.code)
         if isinstance(message, ReadEncoder):
-            drive.ledger.asked(self.now_s)
+            drive.questions.ask(self.now_s, self.listened.s)
 
     def send(self, drive: MksDrive, order: MoveAbsoluteAxis) -> None:
         """Send a drive an order: target, speed and ramp."""
         self.put(drive, order)
         drive.follow(order, self.now_s)
-        self.last_command = f"F5 to {' '.join(str(each.goal) for each in self.drives)}"
+        self.last_command = f"F5 to {' '.join(str(each.target) for each in self.drives)}"
 
-    def repeat(self, drive: MksDrive) -> None:
-        """Send a moving drive its last order again, which is absolute."""
-        if drive.moving and drive.last_order is not None:
-            self.send(drive, drive.last_order)
+    def poll(self, drives: Iterable[MksDrive], period_s: float) -> float:
+        """Ask for the positions that are due; return when the next one is."""
+        due_s = []
+        for drive in drives:
+            each_s = period_s if drive.is_far else min(period_s, NEAR_ZERO_S)
+            if drive.questions.next_s(each_s) <= self.now_s:
+                self.put(drive, ReadEncoder())
+            due_s.append(drive.questions.next_s(each_s))
+        return min(due_s)
 
     def give_up(self) -> None:
         """Give up all open requests."""
         for drive in self.drives:
             self.host.forget(drive.node)
+            drive.questions.clear()
         self.host.silence()
 
     # -- asking -------------------------------------------------------------------------------
+
+    def hear(self, until_s: float) -> Generator[float, Event | None, None]:
+        """Wait for a moment, a stop or a reply; take every reply that has arrived.
+
+        A late program reads all that arrived before it judges any drive.
+        """
+        event = yield until_s
+        while event is not None:
+            self.unsolicited(event)
+            event = yield self.now_s
 
     def ask(
         self,
@@ -206,7 +201,7 @@ class MksExchange(ScriptIO[Event]):
                 if self.now_s >= until_s:
                     return
                 continue
-            drive = self.observer.find(event.node) if isinstance(event, Answered) else None
+            drive = self.find(event.node) if isinstance(event, Answered) else None
             if isinstance(event, Answered) and drive in left and event.request == wanted[drive]:
                 self.note(event)
                 found[drive] = event.answer
@@ -236,12 +231,10 @@ class MksExchange(ScriptIO[Event]):
         """Read one setting of a drive; None if it does not report it."""
         return setting_of((yield from self.reading(drive, ReadSetting(code))))
 
-    def look(
-        self, drives: Collection[MksDrive] | None = None, *, tries: int = TRIES
-    ) -> MksScript[tuple[MksDrive, ...]]:
+    def look(self, drives: Collection[MksDrive] | None = None) -> MksScript[tuple[MksDrive, ...]]:
         """Read the positions of some drives, or all; return those that do not answer."""
         asked = self.drives if drives is None else tuple(drives)
-        found = yield from self.read(ReadEncoder(), asked, tries=tries)
+        found = yield from self.read(ReadEncoder(), asked)
         return tuple(drive for drive in asked if drive not in found)
 
     def require_positions(self) -> MksScript[None]:
@@ -252,19 +245,18 @@ class MksExchange(ScriptIO[Event]):
 
     # -- receiving ----------------------------------------------------------------------------
 
-    def note(self, event: Answered) -> None:
-        """Record what a message shows, expected or not."""
-        drive = self.observer.find(event.node)
+    def note(self, event: Answered) -> bool:
+        """Record what a message tells; return whether it is a reply too many."""
+        drive, answer = self.find(event.node), event.answer
         if drive is None:
-            return
-        if isinstance(event.answer, Reading):
-            self.surplus.answered(event.node, event.answer.code)
-        self._note_reply(drive, event.answer)
-        drive.note(event, self.now_s)
-        if event.answer == Status(Code.ABSOLUTE_AXIS, Outcome.STORED) and drive.moving:
-            self.put(drive, ArmSynchronous(on=False))  # another program has armed it
-            if drive.last_order is not None:
-                self.put(drive, drive.last_order)
+            return False
+        drive.note(answer, self.now_s, self.listened.s)
+        if answer == Status(Code.ABSOLUTE_AXIS, Outcome.STORED):
+            # another program has armed it for a common start
+            self.put(drive, ArmSynchronous(on=False))
+            if drive.order is not None:
+                self.put(drive, drive.order)
+        return isinstance(answer, Reading) and self.surplus.answered(event.node, answer.code)
 
     def unsolicited(self, event: Event) -> None:
         """Record a message that no script waits for, and warn if it is odd."""
@@ -272,30 +264,13 @@ class MksExchange(ScriptIO[Event]):
             self.garbled += isinstance(event, UnreadableFrame)
             self.notify(ProtocolWarning(plain(event)))
             return
-        self.note(event)
         node, answer = event.node, event.answer
-        if isinstance(answer, Reading) and self.surplus.exceeds(node, answer.code):
+        if self.note(event):
             self.notify(ProtocolWarning(f"drive {node} answered twice, or late: {plain(answer)}"))
-        if isinstance(answer, Status) and self._is_odd(node, answer):
+        # F5 is also reported as failed if a newer order replaces it
+        failed = isinstance(answer, Status) and answer.outcome is Outcome.FAILED
+        if failed and answer.code is not Code.ABSOLUTE_AXIS:
             self.notify(ProtocolWarning(f"drive {node}: {plain(answer)}"))
-
-    def _is_odd(self, node: int, status: Status) -> bool:
-        """Return whether a report that no script waits for may tell a person something."""
-        if status.outcome is Outcome.LIMIT_STOP:
-            return not self.drive(node).moving
-        # F5 also fails if a newer order replaces it: see `MksDrive.rejected_s`
-        return status.outcome is Outcome.FAILED and status.code is not Code.ABSOLUTE_AXIS
-
-    def _note_reply(self, drive: MksDrive, answer: Answer) -> None:
-        """Record that a reply came, and whether it is one of those that the drive owes."""
-        status, ledger = isinstance(answer, Status), drive.ledger
-        begun = isinstance(answer, Status) and answer.outcome in (Outcome.STARTED, Outcome.STORED)
-        settles = isinstance(answer, EncoderRead) or (
-            begun and answer.code is Code.ABSOLUTE_AXIS and ledger.answers_orders
-        )
-        drive.frame_s = self.now_s
-        self.observer.replied(drive, self.now_s, settles=settles, asked=begun or not status)
-        ledger.answers_orders = ledger.answers_orders or begun
 
     # -- replies ------------------------------------------------------------------------------
 

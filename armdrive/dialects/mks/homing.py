@@ -6,27 +6,21 @@ A drive that has found it counts from zero there by itself. Nothing here sets a 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, midway, shared_words
-from armdrive.dialects.bus.intervals import DriveFinding
-from armdrive.dialects.bus.phases import (
-    Act,
+from armdrive.dialects.bus.homing import (
     Groups,
     HomingEstimate,
     HomingSearch,
     HomingStatus,
-    Phase,
-    Signal,
-    Stages,
     home_in_groups,
     homing_estimate,
-    run_phases,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.dialects.mks.contact import OWN_ID, MksInquiry, stall_words
 from armdrive.dialects.mks.drive import MksDrive, setting_of
-from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
+from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
 from armdrive.dialects.mks.stops import MksStops
 from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, RequestRejected
@@ -34,7 +28,6 @@ from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
     Ability,
-    Answer,
     Code,
     Home,
     HomingState,
@@ -106,26 +99,52 @@ class MksHoming:
     def _home_group(self, drives: tuple[MksDrive, ...]) -> Script:
         io = self._io
         yield from self.read_speeds(drives)
-        io.observer.watch()
+        for drive in drives:
+            drive.homes, drive.state, drive.homing = True, None, None
         answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         ranges = {drive: self._ranges[drive] for drive in drives}
         times = {drive: self._time(drive) for drive in drives}
         search = HomingSearch(ranges, COUNTS_PER_TURN, io.listened, times)
-        searching, braking = Searching(io, search, answers), self._stops.brake(())
-
-        def stop() -> None:
-            """Stop the drives at once: they ignore ramps while they home."""
-            nonlocal braking
-            braking = self._stops.brake(drives, hard=True)
-
-        stages: Stages = {Phase.HOMING: lambda: searching, Phase.STOPPING: lambda: braking}
-        acts = {Act.STOP: stop, Act.HOLD: lambda: self._stops.hold(braking, judged=False)}
-        yield from run_phases(io, Phase.HOMING, stages, acts)
+        for drive, answer in answers.items():
+            if answer == Status(Code.HOME, Outcome.FAILED):
+                search.wrong = f"{drive} refused to home"
+        yield from self._search(search)
+        if search.left:
+            began_s = io.now_s
+            unstopped = yield from self._stops.halt(search.left, hard=True)
+            if unstopped and (missing := (yield from io.look())):
+                return midway(io.absence(missing, began_s))
+            for drive in search.left:
+                drive.stand(io.now_s)
+            yield from self._stops.relieve([each for each in drives if each not in unstopped])
+            if unstopped:
+                return RequestRejected(f"{unstopped[0]} did not come to rest after a stop")
         if search.wrong:
             return RequestRejected((yield from self._explained(search)))
         if search.left:
-            return braking.unstopped() or Halted(kept=False)
+            return Halted(kept=False)
         return (yield from self._verify_zeros(drives))
+
+    def _search(self, search: HomingSearch[MksDrive]) -> MksScript[None]:
+        """Follow the drives until all have found their switches, one never will, or a stop."""
+        io, due_s = self._io, self._io.now_s
+        period_s = min(HOMING_POLL_S, io.settings.poll_s)
+        while not io.stop_asked and not search.over:
+            if io.now_s >= due_s:
+                due_s = io.now_s + period_s
+                for drive in search.left:
+                    drive.state = drive.homing = None
+                    # positions first, since counts restart at the zero
+                    for question in (ReadEncoder(), ReadHoming(), ReadState()):
+                        io.put(drive, question)
+                io.notify(Progress(io.registers()))
+            yield from io.hear(due_s)
+            for drive in tuple(search.left):
+                search.note(drive, _status(drive))
+                if drive.questions.lost(io.listened.s):
+                    missing = yield from io.look()
+                    words = NONE_HEARD if len(missing) != 1 else absent_words(missing, "id")
+                    search.wrong = search.wrong or words
 
     def _explained(self, search: HomingSearch[MksDrive]) -> MksScript[str]:
         """Return what went wrong, and report a drive that has released its shaft."""
@@ -143,7 +162,7 @@ class MksHoming:
         """
         io = self._io
         for drive in drives:
-            drive.moving = False
+            drive.homes = False
         began_s = io.now_s
         if missing := (yield from io.look(drives)):
             return midway(io.absence(missing, began_s))
@@ -166,51 +185,9 @@ class MksHoming:
                 self._rates_hz[drive] = max(setting.speed_rpm, 1) * COUNTS_S_PER_RPM
 
 
-class Searching:
-    """The homing stage: drives search for their switches. `answers` are those to `Home`."""
-
-    def __init__(
-        self, io: MksExchange, search: HomingSearch[MksDrive], answers: Mapping[MksDrive, Answer]
-    ) -> None:
-        self._io, self._search = io, search
-        self._due_s = io.now_s
-        for drive in tuple(search.left):
-            drive.moving, drive.homing = True, None
-            answer = answers.get(drive)
-            if answer == Status(Code.HOME, Outcome.FAILED):
-                search.wrong = search.wrong or f"{drive} refused to home"
-            elif is_done(answer):
-                search.note(drive, HomingStatus.FOUND)
-
-    def signal(self, now_s: float) -> Signal | None:  # noqa: ARG002
-        """Return whether all have found their switches, or one never will."""
-        search, io = self._search, self._io
-        if (verdict := io.observer.silence()) is not None:
-            mute = verdict.finding is DriveFinding.MUTE
-            search.wrong = search.wrong or (
-                absent_words((verdict.drive,), "id") if mute else NONE_HEARD
-            )
-        for drive in tuple(search.left):
-            search.note(drive, self._status(drive))
-        return search.signal()
-
-    def _status(self, drive: MksDrive) -> HomingStatus:
-        if drive.homing is HomingState.FAILED:
-            return HomingStatus.FAILED
-        found = drive.homing is HomingState.DONE and drive.state is MotorState.STOPPED
-        return HomingStatus.FOUND if found else HomingStatus.SEARCHING
-
-    def step(self, now_s: float) -> float:
-        """Ask for positions first, since counts restart at the zero; then for states."""
-        if now_s < self._due_s:
-            return self._due_s
-        io, left = self._io, self._search.left
-        self._due_s = now_s + min(HOMING_POLL_S, io.settings.poll_s)
-        for drive in io.witness(left):
-            io.put(drive, ReadEncoder())
-        for drive in left:
-            drive.state = drive.homing = None
-            for question in (ReadEncoder(), ReadHoming(), ReadState()):
-                io.put(drive, question)
-        io.notify(Progress(io.registers()))
-        return self._due_s
+def _status(drive: MksDrive) -> HomingStatus:
+    """Return what a drive reports of its search."""
+    if drive.homing is HomingState.FAILED:
+        return HomingStatus.FAILED
+    found = drive.homing is HomingState.DONE and drive.state is MotorState.STOPPED
+    return HomingStatus.FOUND if found else HomingStatus.SEARCHING

@@ -1,66 +1,266 @@
-"""Lead MKS drives through one motion: what is sent and checked in each of its phases.
+"""Move MKS drives: along segments, by new targets in motion, or in bursts.
 
-    MksMotion   begins a motion: along segments (steered), or to targets already sent (a burst)
-    MotionRun   one motion: what its stages share, and the actions between them
-    Moving      sends targets (`steering`) and polls; judges what the observer and the path say
-    Arriving    asks until every drive stands at its last target: at the end, and after an outage
-    MksBraking  the stage of stopping (`stops`)
+Along segments (firmware from 1.0.5 on), every moving motor gets a new order in each period: the
+speed that brings it, by the end of the period, to where the path is then, and a target as far ahead
+as the motor turns in one direction. The target is too far to reach before the next order, but
+within the announced time if no order follows. So drives do not brake between segments, and stop by
+themselves if their host dies. Speeds are whole rpm; the rounding error is part of the next period's
+distance, so it does not add up.
 
-`bus.phases` has the table that leads from one stage to the next by the signals that they return.
+In a burst each drive gets one order, with a speed in proportion to its distance. Firmware from
+1.0.8 on could store orders (4A) until one frame starts them all (4B). That gains 3 ms and was never
+seen to work.
 
-The "done" of a drive may never come. So a drive has arrived when it stands and its encoder is at
-its target. A drive that stands elsewhere has lost its last order, which is repeated, or is blocked.
-
-If no drive replies for a moment (another program blocks the adapter or the processor, or this one
-was suspended), no target is sent: each drive ends at its last one, which was announced. Only when
-all are seen to stand there does the motion continue. Until then nothing tells which orders a drive
-has received, and when; but a drive that stands at its last target is where it should be.
+One rule ends a motion that goes wrong: all drives stop, each holds where it stands, and the one
+with the trouble is asked why. While a drive owes replies, or was read where it should not be, no
+drive gets a new target, so that all come to rest at one point of the path.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import TypeAlias
+from collections import deque
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 
-from armdrive.dialects.bus.drives import (
-    NONE_HEARD,
-    SLOW_BUS,
-    midway,
-    not_heard_words,
-)
-from armdrive.dialects.bus.intervals import MAX_DELAY_S, DriveFinding
-from armdrive.dialects.bus.phases import Act, Phase, Signal, Stage, run_phases
-from armdrive.dialects.bus.questions import REPLY_TIMEOUT_S
+from armdrive.dialects.bus.drives import midway
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
-from armdrive.dialects.exchange import TRIES, Obstructed
-from armdrive.dialects.mks.contact import MksInquiry
-from armdrive.dialects.mks.drive import MksDrive
+from armdrive.dialects.exchange import Obstructed
+from armdrive.dialects.mks.contact import MksInquiry, Trouble, TroubleKind
+from armdrive.dialects.mks.drive import LATE_REPLY_S, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
-from armdrive.dialects.mks.observer import Verdict
-from armdrive.dialects.mks.paths import KEPT_S
-from armdrive.dialects.mks.steering import Steering, Trip
-from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
+from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops, pushing_words, ramp_to, shared_acc
 from armdrive.tasks import (
     Alert,
     AlertKind,
     Done,
     Halted,
     MoveAlong,
+    MoveBy,
     Progress,
     Reply,
     RequestRejected,
     Timeout,
     never,
 )
-from firmware_protocol.mks import MotorState, ReadEncoder, ReadState
+from firmware_protocol.mks import (
+    COUNTS_S_PER_RPM,
+    SPEED_MAX_RPM,
+    TARGET_MAX,
+    MoveAbsoluteAxis,
+    slope_of,
+)
+from kinematics.paths.profiles import Profile, trapezoid
+from kinematics.spaces import Motors
 
-# A drive that stands short of its target at this many looks needs its order again.
-SHORT_LOOKS = 3
+# A drive may still follow orders up to this old. Unless the computer is overloaded, orders and
+# polls are at most this late.
+MAX_DELAY_S = 0.1
+# How much faster than planned a drive that is behind may turn: its joint may be planned at its
+# limit, coupled motors may add twice as much, and 1 rpm is the rounding error of a slow drive.
+CATCH_UP, CATCH_UP_RPM = 1.1, 1
+# Below this speed, a drive's target is only the end of the period, where it stands.
+SLOW_RPM = 3
+# The drives of a joint may still be making up for what they were behind this long ago.
+CATCH_UP_S = 0.3
+# How long a drive that stands short of its target is waited for before it gets its order again: the
+# order may have been lost. After so many orders it is blocked.
+SHORT_S, SHORT_ORDERS = 0.1, 3
 # How much later than expected a motion may end.
 PATIENCE_S = 1.0
+# The last drive of a burst starts at most this much after the first.
+START_S = 0.003
 
-Action: TypeAlias = MksScript[None]
+# How much of the past of a path is kept: no reading is older.
+LONGEST_LOOK_S = 2.0
+
+# Where a motor may be that obeys its orders late, from a moment on: lowest and highest count.
+Expected = Callable[[int, float], tuple[float, float]]
+
+
+class SteeredPath:
+    """The path of all motors as corners, each with its time; motors turn evenly in between."""
+
+    def __init__(self, start: Motors) -> None:
+        self._corners = deque([(0.0, start)])
+
+    @property
+    def end(self) -> tuple[float, Motors]:
+        """The last corner that is known."""
+        return self._corners[-1]
+
+    def append(self, move: MoveBy, from_s: float) -> None:
+        """Append a segment, which begins at `from_s` if the path has ended before."""
+        end_s, end = self.end
+        if from_s > end_s:
+            self._corners.append((from_s, end))
+        self._corners.append((max(end_s, from_s) + max(move.duration_s, 1e-6), end + move.steps))
+
+    def places(self, time_s: float) -> tuple[float, ...]:
+        """Return where all motors are at a time."""
+        for (from_s, start), (to_s, end) in pairwise(self._corners):
+            if time_s < to_s:
+                share = max(time_s - from_s, 0.0) / (to_s - from_s)
+                return tuple(a + share * (b - a) for a, b in zip(start, end, strict=True))
+        return tuple(map(float, self.end[1]))
+
+    def corners(self, motor: int, from_s: float, until_s: float) -> list[float]:
+        """Return the places of a motor at the corners between two times, and at the later time."""
+        between = [place[motor] for at_s, place in self._corners if from_s < at_s < until_s]
+        return [*map(float, between), self.places(until_s)[motor]]
+
+    def fastest(self, motor: int, from_s: float, until_s: float) -> float:
+        """Return the greatest speed of a motor between two times, in either direction."""
+        return max(
+            (
+                abs(end[motor] - start[motor]) / (end_s - start_s)
+                for (start_s, start), (end_s, end) in pairwise(self._corners)
+                if end_s > from_s and start_s < until_s
+            ),
+            default=0.0,
+        )
+
+    def discard_before(self, time_s: float) -> None:
+        """Discard the segments that ended before a time."""
+        while len(self._corners) > 2 and self._corners[1][0] < time_s:
+            self._corners.popleft()
+
+
+class Trip:
+    """One steered motion: its path, how far it is, and where its drives should have been."""
+
+    def __init__(self, io: MksExchange, request: MoveAlong) -> None:
+        self._io, self._request = io, request
+        self._path = SteeredPath(Motors(drive.target for drive in io.drives))
+        self._latest_s = 0.0  # the duration of the latest segment
+        self._exhausted = False
+        self._time_s = 0.0  # the path time at which the drives should be
+        self._horizon_s = 0.0  # that to which their targets lead: without new ones they stand there
+        self._at_s = self.due_s = io.now_s
+        self._past = deque([(io.now_s, self._path.places(0.0))])
+        self._next = self._path.places(0.0)
+        self._over_s = math.inf  # since when the path is over
+        self.complete = False
+        """Whether the path is over and the drives should be at its end."""
+        self.underruns = 0
+        """How often drives stood still although more of their motion was to come."""
+
+    def advance(self) -> None:
+        """Advance to the present, and note where the path is."""
+        now_s = self._io.now_s
+        self._time_s = min(self._time_s + now_s - self._at_s, self._horizon_s)
+        self._at_s = now_s
+        self._past.append((now_s, self._path.places(self._time_s)))
+        while self._past[0][0] < now_s - LONGEST_LOOK_S:
+            self._past.popleft()
+
+    def expected(self, motor: int, from_s: float) -> tuple[float, float]:
+        """Return where a motor may have been since a moment: lowest and highest count."""
+        low = high = self._next[motor]
+        for at_s, places in reversed(self._past):
+            low, high = min(low, places[motor]), max(high, places[motor])
+            if at_s < from_s:
+                break
+        return low, high
+
+    def steer(self) -> RequestRejected | None:
+        """Send the orders of the next period; return why a drive cannot take its own."""
+        io, period_s = self._io, self._io.settings.segment_s
+        self.due_s = io.now_s + period_s
+        if any(drive.questions.owes or drive.doubts for drive in io.drives):
+            return None
+        held = self._request.held_back()
+        if not held:
+            self._fetch()
+        end_s = self._path.end[0]
+        self._next = self._path.places(self._time_s + period_s)
+        speeds = self._speeds(period_s)
+        self._horizon_s = self._reachable_s(speeds)
+        ends = (self._exhausted or held) and self._horizon_s == end_s
+        over = ends and self._time_s >= end_s - period_s
+        self._over_s = min(self._over_s, io.now_s) if over else math.inf
+        late = io.now_s > self._over_s + CATCH_UP_S
+        self.complete = over and (late or all(each.place == each.target for each in io.drives))
+        self._path.discard_before(self._time_s - CATCH_UP_S)
+        fastest = max(speeds) or 1.0
+        for motor, drive in enumerate(io.drives):
+            target, rpm = self._next_order(motor, drive, ends=ends)
+            if abs(target) > TARGET_MAX:
+                return beyond(drive, target)
+            if target != drive.target or (drive.order and drive.place != target):
+                acc = ramp_to(drive, target, io.settings.acceleration, speeds[motor] / fastest)
+                io.send(drive, MoveAbsoluteAxis(target, rpm, acc))
+        return None
+
+    def _fetch(self) -> None:
+        """Fetch the segments that fit, each as late as possible."""
+        dry = self._time_s >= self._path.end[0] > 0.0
+        while not self._exhausted:
+            left_s = self._path.end[0] - self._time_s
+            if left_s > 0.0 and left_s + self._latest_s > self._request.ahead_s + 1e-6:
+                return
+            segment = next(self._request.segments, None)
+            if segment is None:
+                self._exhausted = True
+                return
+            self._path.append(segment, self._time_s)
+            self._latest_s = segment.duration_s
+            self.underruns, dry = self.underruns + dry, False
+
+    def _speeds(self, period_s: float) -> list[float]:
+        """Return the speed of each drive in the next period, or its present one if it brakes."""
+        here = self._path.places(self._time_s)
+        speeds = []
+        for drive, start, end in zip(self._io.drives, here, self._next, strict=True):
+            drive.reckon(self._io.now_s)
+            speeds.append(max(abs(end - start) / period_s, abs(drive.speed)))
+        return speeds
+
+    def _reachable_s(self, speeds: Sequence[float]) -> float:
+        """Return the path time that drives reach within the announced time if no order follows.
+
+        While they accelerate, that is less far than the path leads in this time.
+        """
+        ahead_s, period_s = self._request.ahead_s, self._io.settings.segment_s
+        until_s = min(self._path.end[0], self._time_s + ahead_s)
+        busiest = speeds.index(max(speeds))
+        here = self._path.places(self._time_s)[busiest]
+        most = max(speeds[busiest], COUNTS_S_PER_RPM) * ahead_s
+        while until_s > self._time_s + period_s:
+            if abs(self._path.places(until_s)[busiest] - here) <= most:
+                break
+            until_s -= period_s / 2.0
+        return until_s
+
+    def _next_order(self, motor: int, drive: MksDrive, *, ends: bool) -> tuple[int, int]:
+        """Return a drive's target, and the rpm that bring it to its place at the period's end."""
+        period_s, there = self._io.settings.segment_s, self._next[motor]
+        until_s = self._time_s + period_s
+        usual = self._path.fastest(motor, self._time_s - CATCH_UP_S, until_s) / COUNTS_S_PER_RPM
+        planned = self._path.fastest(motor, self._time_s, until_s) / COUNTS_S_PER_RPM
+        target = self._run_end(motor)
+        if not ends and planned < SLOW_RPM:
+            target = there
+        way = math.copysign(1.0, (target - there) or (there - drive.place))
+        needed = way * (there - drive.place) / period_s  # negative if the drive is ahead
+        rpm = min(max(round(needed / COUNTS_S_PER_RPM), 1), catch_up_rpm(usual))
+        left, ahead_s = way * (target - drive.place), self._request.ahead_s
+        if ends:
+            rpm = max(rpm, SLOW_RPM, math.ceil(left / ahead_s / COUNTS_S_PER_RPM))
+            return round(target), rpm
+        # the others may be faster later, but not without an order
+        reached = drive.place + way * min(left, rpm * COUNTS_S_PER_RPM * ahead_s)
+        return round(reached), rpm
+
+    def _run_end(self, motor: int) -> float:
+        """Return how far the motor turns in one direction from the next period on."""
+        end = first = self._next[motor]
+        next_s = self._time_s + self._io.settings.segment_s
+        for place in self._path.corners(motor, next_s, max(self._horizon_s, next_s)):
+            if (place - end) * (end - first) < 0.0:
+                break
+            end = place
+        return end
 
 
 class MksMotion:
@@ -83,348 +283,262 @@ class MksMotion:
             yield from io.require_positions()
         for drive in io.drives:
             drive.stand(io.now_s)
-        io.observer.watch()
+            drive.begin()
 
     def along(self, request: MoveAlong) -> Script:
         """Steer the drives along segments, until the end or until something stops them."""
-        io = self._io
-        period_s = io.settings.segment_s
-        steering = Steering(io, Trip(request, io.drives, period_s))
-        run = MotionRun(io, self._stops, self._inquiry, period_s, steering, request.released)
+        io, trip = self._io, Trip(self._io, request)
         try:
-            return (yield from run.carry_out(Phase.MOVING))
+            while True:
+                trip.advance()
+                patience_s = MAX_DELAY_S if request.held_back() else LATE_REPLY_S
+                ended = yield from self._interrupted(trip.expected, request.released, patience_s)
+                if ended is not None:
+                    return ended
+                if io.now_s >= trip.due_s and (refused := trip.steer()) is not None:
+                    halted = yield from self._halted(trip.expected)
+                    return refused if isinstance(halted, Halted) else halted
+                if trip.complete:
+                    return (yield from self._arrive(trip.expected, 0.0, request.released))
+                yield from io.hear(min(trip.due_s, self._poll(io.settings.poll_s)))
         finally:
-            self.underruns += steering.trip.underruns
+            self.underruns += trip.underruns
 
-    def arrive(self, expected_s: float) -> Script:
-        """Wait until drives that have targets stand there."""
-        run = MotionRun(self._io, self._stops, self._inquiry, expected_s)
-        return (yield from run.carry_out(Phase.ARRIVING))
+    def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
+        """Send a burst and wait for its end."""
+        io = self._io
+        starts = [drive.target for drive in io.drives]
+        orders: dict[MksDrive, MoveAbsoluteAxis] = {}
+        for drive, count, rpm in zip(io.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
+            if not count:
+                continue
+            if abs(target := drive.target + count) > TARGET_MAX:
+                return beyond(drive, target)
+            acc = shared_acc(io.settings.acceleration, abs(count) / steps.largest)
+            orders[drive] = MoveAbsoluteAxis(target, rpm, acc)
+        if io.stop_asked or released():
+            return Halted()
+        for drive, order in orders.items():
+            io.send(drive, order)
+        ends = [start + count for start, count in zip(starts, steps, strict=True)]
 
+        def expected(motor: int, _from_s: float) -> tuple[float, float]:
+            return min(starts[motor], ends[motor]), max(starts[motor], ends[motor])
 
-class MotionRun:
-    """One motion: its stages share it, and its actions change it. A burst is not steered."""
-
-    def __init__(
-        self,
-        io: MksExchange,
-        stops: MksStops,
-        inquiry: MksInquiry,
-        expected_s: float,
-        steering: Steering | None = None,
-        released: Callable[[], bool] = never,
-    ) -> None:
-        self.io, self.stops, self.inquiry = io, stops, inquiry
-        self.released, self.steering = released, steering
-        self.trip = None if steering is None else steering.trip
-        self.expected_s = expected_s
-        """How long the drives take to their targets once all orders have been sent."""
-        self.refused: RequestRejected | None = None
-        """Why a target cannot be commanded."""
-        self.trouble: Verdict | Alert | None = None
-        """What is wrong and ends the motion."""
-        self.short: set[MksDrive] = set()
-        """The drives that need their order again."""
-        self.braking = stops.brake(())
-        """The stage of its latest stop; of no drives before the first one."""
-        self._reply: Reply = Done()
-        self._silent: list[MksDrive] = []
-        """The drives that were silent when the trouble was found."""
-        self._judged = False
-        """Whether it was stopped, so that only the places where the drives rest show a fault."""
-
-    def carry_out(self, phase: Phase) -> Script:
-        """Run the motion to its end."""
-        stages: dict[Phase, Callable[[], Stage]] = {
-            Phase.OUTAGE: lambda: Arriving(self),
-            Phase.ARRIVING: lambda: Arriving(self),
-            Phase.STOPPING: lambda: self.braking,
-        }
-        # While an action runs, no stop is noticed or repeated. So one that may wait long for
-        # replies comes when all stand, and the others are short.
-        acts: dict[Act, Callable[[], Action | None]] = {
-            Act.STOP: self._stop,
-            Act.EXPLAIN: self._explain,
-            Act.REPEAT: self._repeat,
-            Act.HOLD: self._hold,
-        }
-        if self.steering is not None:
-            steering = self.steering
-            stages[Phase.MOVING] = lambda: Moving(self, steering)
-            acts[Act.RESUME] = lambda: self._resume(steering.trip)
-        yield from run_phases(self.io, phase, stages, acts, self.released)
-        unstopped = self.braking.unstopped()
-        # after trouble, its own words say more than those about the stop
-        if isinstance(unstopped, Timeout) or (unstopped and self._judged):
-            return unstopped
-        return self._reply
-
-    def reported(self) -> Verdict | Alert | None:
-        """Return what a drive has reported that ends the motion; None if none has."""
-        for drive in self.io.drives:
-            if drive.unfit:
-                return _blocked(drive)
-        for drive in self.io.drives:
-            if drive.at_limit:
-                words = f"{drive} has run into a limit switch, which stopped it"
-                return Alert(AlertKind.ALARM_LOST, words)
-        return None
-
-    def blame(self, trouble: Verdict | Alert | None) -> bool:
-        """Record what is wrong; return whether anything is."""
-        self.trouble = trouble
-        return trouble is not None
-
-    # -- actions ------------------------------------------------------------------------------
-
-    def _stop(self) -> None:
-        """Stop the drives, and judge where they come to rest: no other check does."""
-        self._reply = self.refused or Halted()
-        self._judged = True
-        hard = self.io.stop_hard
-        self.braking = self.stops.brake(self.io.under_way, hard=hard, judged=True)
-
-    def _explain(self) -> Action:
-        """Stop the drives; if the one with the trouble replies, ask it why at once.
-
-        A silent one may reply again while all brake: then it is judged where it comes to rest.
-        """
-        io, silence = self.io, self._silence is not None
-        self._silent = [each for each in io.drives if each.frame_s < io.now_s - MAX_DELAY_S]
-        self.braking = self.stops.brake(io.under_way, judged=self._judged or silence)
-        if not silence:
-            yield from self._report(self.trouble)
-
-    def _hold(self) -> Action:
-        """Have each drive hold where it stands; then look for drives that fell silent."""
-        yield from self.stops.hold(self.braking, judged=self._judged)
-        if (silence := self._silence) is not None:
-            yield from self._report((yield from self._find_silent(silence)))
+        lasts_s = max(each.duration_s for each in trapezoids(self._acc, steps, rate_hz))
+        return (yield from self._arrive(expected, lasts_s, never))
 
     @property
-    def _silence(self) -> Verdict | None:
-        """The trouble, if it is that drives do not reply, or reply late."""
-        trouble, silent = self.trouble, (DriveFinding.MUTE, DriveFinding.SILENT, DriveFinding.LATE)
-        return trouble if isinstance(trouble, Verdict) and trouble.finding in silent else None
+    def _acc(self) -> int:
+        return self._io.settings.acceleration
 
-    def _report(self, trouble: Verdict | Alert | None) -> Action:
-        """Find out why a drive is off its path, and report what is wrong."""
-        if isinstance(trouble, Verdict):
-            trouble = yield from self.inquiry.explain(trouble)
-        if trouble is not None:
-            self.io.notify(trouble)
-            self._reply = RequestRejected(trouble.text)
+    def deviations_of(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+        """Bound each drive's deviation from the straight path in a burst: rpm, ramps, starts.
 
-    def _find_silent(self, verdict: Verdict) -> MksScript[Verdict | None]:
-        """Look for drives that fell silent; return what is wrong with one that is back.
-
-        The others are stopped, and the reply names the missing drives.
+        Each drive follows its own trapezoid, and the busiest one defines the straight path. The two
+        are compared at the corners of both, since their difference bends one way in between.
         """
-        io = self.io
-        since_s = min(each.ledger.sent_s for each in io.drives)
-        missing = yield from io.look()
-        if len(missing) < len(io.drives):
-            # By then the replies that are only late have come, and the bus is back for all. And
-            # only a second reading proves that a drive is out of reach.
-            yield from io.pause(io.now_s + REPLY_TIMEOUT_S)
-            missing = yield from io.look(missing or io.drives, tries=2)
-        elsewhere = [each for each in self._silent if each.is_elsewhere]
-        if elsewhere and not missing:
-            return Verdict.on_reading(elsewhere[0])
-        left = self.braking.left
-        self.braking.left = [drive for drive in left if drive not in missing]
-        if missing:
-            self._reply = midway(io.absence(missing, since_s))
-        else:
-            words = not_heard_words(", ".join(map(str, self._silent)) or "a drive")
-            if verdict.finding is DriveFinding.LATE:
-                words = SLOW_BUS
-            elif verdict.finding is DriveFinding.SILENT or len(self._silent) == len(io.drives):
-                words = NONE_HEARD
-            self._reply = RequestRejected(words, silent=True)
-        return None
+        largest = steps.largest
+        if not largest:
+            return (0.0,) * len(steps)
+        each = trapezoids(self._acc, steps, rate_hz)
+        busiest = next(one for one in each if one.distance == largest)
+        return tuple(
+            _deviation(one, busiest) + START_S * max(phase.speed for phase in one.phases) + 1.0
+            if one.distance
+            else 0.0
+            for one in each
+        )
 
-    def _repeat(self) -> None:
-        """Repeat the order of drives that rejected it or stand short of it.
+    # -- the end of a motion ------------------------------------------------------------------
 
-        A drive that rejects it is asked why at once. Motors can be coupled: if one of a wrist's two
-        motors stands, the other turns a joint that should not move.
-        """
-        for drive in self.io.drives:
-            if self.io.now_s >= drive.rejected_s:
-                drive.rejected_s = math.inf
-                self.inquiry.ask_fitness(drive)
-                self.io.repeat(drive)
-            elif drive in self.short:
-                self.io.repeat(drive)
-        self.short.clear()
+    def _poll(self, period_s: float) -> float:
+        """Ask for positions, at once for one that was doubted; return when the next is due."""
+        io = self._io
+        doubted = [drive for drive in io.drives if drive.doubts]
+        before_s = max(drive.questions.asked_s for drive in io.drives)
+        due_s = io.poll(io.drives, period_s)
+        if doubted:
+            due_s = min(due_s, io.poll(doubted, STOP_POLL_S))
+        if max(drive.questions.asked_s for drive in io.drives) > before_s:
+            io.notify(Progress(io.registers()))
+        return due_s
 
-    def _resume(self, trip: Trip) -> None:
-        """Continue from where the drives stand; a part driven twice is better than one left out."""
-        io = self.io
-        early_s = max(trip.time_s - KEPT_S, 0.0)
-        counts = [drive.count for drive in io.drives]
-        trip.resume(trip.path.nearest_s(counts, early_s, trip.sent_s), io.now_s)
+    def _arrive(self, expected: Expected, lasts_s: float, released: Callable[[], bool]) -> Script:
+        """Wait until all drives stand at their targets. "Done" may never come.
 
-
-class Moving:
-    """The drives are steered and observed."""
-
-    def __init__(self, run: MotionRun, steering: Steering) -> None:
-        self._run, self._io = run, run.io
-        self._steering, self._trip = steering, steering.trip
-        self._polled_s = -math.inf
-        """When every drive was asked for its position last, which also feeds its watchdog."""
-        self._polled_at_s = 0.0
-        """The path time of that moment."""
-        self._compared = True
-
-    def signal(self, now_s: float) -> Signal | None:
-        """Return what has changed."""
-        run, observer = self._run, self._io.observer
-        if self._steering.refused is not None:
-            run.refused = self._steering.refused
-            return Signal.OUT_OF_RANGE
-        if self._trip.sent_all:
-            return Signal.ALL_SENT
-        if run.blame(run.reported()):
-            return Signal.TROUBLE
-        if observer.returned or observer.in_outage(now_s):
-            return Signal.OUTAGE
-        if run.blame(observer.judge() or self._off_path(now_s)):
-            return Signal.TROUBLE
-        if now_s >= observer.rejected_s:
-            return Signal.REJECTED
-        return None
-
-    def step(self, now_s: float) -> float:
-        """Send the next orders and ask for positions."""
-        io, trip = self._io, self._trip
-        if now_s >= trip.due_s - 1e-9:
-            self._steering.steer()
-        if now_s >= self._polled_s + io.settings.poll_s:
-            self._polled_s, self._polled_at_s, self._compared = now_s, trip.at_s(now_s), False
-            for drive in io.drives:
-                io.put(drive, ReadEncoder())
-            if any(drive.is_located for drive in io.drives):
-                io.notify(Progress(io.registers()))
-        for drive in io.observer.to_retry(now_s):
-            self._retry(drive)
-        for drive in io.observer.to_reread:
-            io.put(drive, ReadEncoder())
-        return min(trip.due_s, self._polled_s + io.settings.poll_s, io.observer.due_s)
-
-    def _retry(self, drive: MksDrive) -> None:
-        """Repeat the order of a drive that is silent while others reply: it may have been lost.
-
-        A question about its state shows whether the drive is there. A drive that stays silent may
-        have restarted, and is asked for its position instead.
-        """
-        if drive.may_have_restarted(self._io.now_s):
-            self._io.put(drive, ReadEncoder())
-        elif drive.moving and drive.ledger.answers_orders:
-            self._io.repeat(drive)
-        self._io.put(drive, ReadState())
-
-    def _off_path(self, now_s: float) -> Verdict | None:
-        """Compare all positions of the last look with the path, once every drive has answered."""
-        drives = self._io.drives
-        if self._compared or any(drive.read_s < self._polled_s for drive in drives):
-            return None
-        self._compared = True
-        period_s = self._io.settings.segment_s
-        return self._trip.contour.compare(self._polled_at_s, period_s, now_s)
-
-
-class Arriving:
-    """The drives complete their orders: no more will follow, or not before all stand.
-
-    After an outage the motion resumes once all stand. If the arm is paused by then, they are polled
-    until it resumes: segments that are known but not sent wait as well.
-    """
-
-    def __init__(self, run: MotionRun) -> None:
-        self._run, self._io = run, run.io
-        self._due_s = run.io.now_s
-        self._given_up_s = 0.0
-        self._short: dict[MksDrive, int] = {}
-        self._restart()
-
-    def _restart(self) -> None:
-        """Give the drives their time from now on; looks during an outage do not count."""
-        patience_s = 2.0 * self._run.expected_s + self._run.stops.ramp_s + PATIENCE_S
-        self._given_up_s = self._io.listened.s + patience_s
-        self._short.clear()
-        self._io.observer.returned = False
-
-    def signal(self, now_s: float) -> Signal | None:
-        """Return what has changed."""
-        run, io = self._run, self._io
-        if run.blame(run.reported()):
-            return Signal.TROUBLE
-        if io.observer.returned:
-            self._restart()
-        if run.blame(self._stuck(now_s) or io.observer.silence()):
-            return Signal.TROUBLE
-        if now_s >= io.observer.rejected_s:
-            return Signal.REJECTED
-        if run.short:
-            return Signal.SHORT
-        if io.under_way:
-            return None
-        if run.trip is None or run.trip.sent_all:
-            return Signal.ARRIVED
-        displaced = next((each for each in io.drives if not each.is_near), None)
-        if displaced is not None and run.blame(_blocked(displaced)):
-            return Signal.TROUBLE
-        return None if run.trip.held_back() else Signal.LOCATED
-
-    def step(self, now_s: float) -> float:
-        """Ask the drives that are under way, and another one; in a pause all.
-
-        In a pause and during an outage they are asked less often: else the replies that an adapter
-        has held back would be too many for the codec when they come at once.
+        A drive that stands short of its target has lost its order, which is repeated, or is
+        blocked.
         """
         io = self._io
-        if now_s >= self._due_s:
-            left = io.under_way
-            often = left and not io.observer.in_outage(now_s)
-            self._due_s = now_s + (STOP_POLL_S if often else io.settings.poll_s)
-            for drive in (*left, *io.witness(left)) if left else io.drives:
-                io.put(drive, ReadEncoder())
-            for drive in left:
-                drive.state = None
-                io.put(drive, ReadState())
-            io.notify(Progress(io.registers()))
-        return min(self._due_s, io.observer.rejected_s)
+        left = {drive: 0 for drive in io.drives if drive.moving}
+        ordered_s = dict.fromkeys(left, io.now_s)
+        end_s = io.listened.s + lasts_s + PATIENCE_S
+        while left:
+            if (ended := (yield from self._interrupted(expected, released))) is not None:
+                return ended
+            for drive in tuple(left):
+                sure = not (drive.questions.owes or drive.doubts)  # else it may have restarted
+                short = sure and drive.stands(ordered_s[drive], SHORT_S) and not drive.is_near
+                if sure and drive.is_near and drive.stands(-math.inf, STOP_POLL_S / 2.0):
+                    drive.stand(io.now_s)
+                    del left[drive]
+                elif io.listened.s > end_s or (short and left[drive] >= SHORT_ORDERS):
+                    return (yield from self._failed(off_path(drive, drive.target)))
+                elif short and drive.order is not None:
+                    left[drive], ordered_s[drive] = left[drive] + 1, io.now_s
+                    io.send(drive, drive.order)
+            if left:
+                yield from io.hear(self._poll(STOP_POLL_S))
+        return Done()
 
-    def _stuck(self, now_s: float) -> Verdict | None:
-        """Judge the answers to the last look; return what is wrong with a drive that is stuck.
+    def _interrupted(
+        self,
+        expected: Expected,
+        released: Callable[[], bool],
+        patience_s: float = LATE_REPLY_S,
+    ) -> MksScript[Reply | None]:
+        """End the motion if a stop was requested or something is wrong; return the reply."""
+        if self._io.stop_asked or released():
+            return (yield from self._halted(expected))
+        trouble = self._trouble(expected, patience_s)
+        return None if trouble is None else (yield from self._failed(trouble))
 
-        A drive that is merely behind is not blamed: its last order may be late or lost.
-        """
-        for drive in self._io.under_way:
-            if drive.is_elsewhere:
-                return Verdict.on_reading(drive)
-            # only a look after its last order, and each once
-            counts = drive.asked_s >= drive.course.ordered_s and not drive.absence.suspected
-            if counts and drive.state is MotorState.STOPPED:
-                self._stands(drive, now_s)
-            drive.state = None
-            if self._short.get(drive, 0) >= SHORT_LOOKS * TRIES:
-                return _blocked(drive)
-        over = self._io.listened.s >= self._given_up_s
-        late = self._io.under_way if over else ()
-        return _blocked(late[0]) if late else None
+    def _trouble(self, expected: Expected, patience_s: float) -> Trouble | None:
+        """Return what is wrong with a drive; None if nothing is known to be."""
+        io = self._io
+        for motor, drive in enumerate(io.drives):
+            if drive.at_limit:
+                return Trouble(drive, TroubleKind.LIMIT)
+            if drive.unfit:
+                return Trouble(drive, TroubleKind.UNFIT)
+            if io.now_s >= drive.rejected_s:
+                drive.rejected_s = math.inf
+                self._inquiry.ask_fitness(drive)
+            if drive.asked_s > -math.inf:
+                late_s = MAX_DELAY_S + drive.questions.slow_s
+                low, high = expected(motor, drive.asked_s - late_s)
+                corridor = io.settings.following_error_counts
+                if drive.judge(low - corridor, high + corridor):
+                    place = min(max(drive.count, low), high)
+                    return Trouble(drive, TroubleKind.OFF_PATH, round(place))
+        silent = [drive for drive in io.drives if drive.questions.lost(io.listened.s, patience_s)]
+        return Trouble(silent[0], TroubleKind.SILENT) if silent else None
 
-    def _stands(self, drive: MksDrive, now_s: float) -> None:
-        if drive.is_near:
-            drive.rest_at(drive.goal, now_s)
-            return
-        looks = self._short[drive] = self._short.get(drive, 0) + 1
-        if looks % SHORT_LOOKS == 0 and drive.is_on_path:  # its order may have been lost
-            self._run.short.add(drive)
+    def _halted(self, expected: Expected) -> Script:
+        """Stop the drives; report one that comes to rest where its orders cannot have led it."""
+        io, began_s = self._io, self._io.now_s
+        moving = [drive for drive in io.drives if drive.moving]
+        targets = {drive: drive.target for drive in io.drives}
+        left = yield from self._stops.halt(moving, hard=io.stop_hard)
+        if left:
+            silent = [drive for drive in left if drive.questions.owes]
+            return (yield from self._unheard(silent or left, began_s, turning=not silent))
+        for motor, drive in enumerate(io.drives):
+            low, high = expected(motor, began_s - MAX_DELAY_S)
+            low, high = min(low, targets[drive]), max(high, targets[drive])
+            place = min(max(drive.count, low), high)
+            if abs(drive.count - place) > io.settings.following_error_counts:
+                trouble = Trouble(drive, TroubleKind.OFF_PATH, round(place))
+                io.notify((yield from self._inquiry.explain(trouble)))
+            drive.stand(io.now_s, stopped=drive in moving)
+        for drive, off in (yield from self._stops.relieve(moving)).items():
+            io.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
+        return Halted()
+
+    def _failed(self, trouble: Trouble) -> Script:
+        """Stop the drives, have each hold where it stands, and find out what is wrong."""
+        io, began_s = self._io, self._io.now_s
+        moving = [drive for drive in io.drives if drive.moving]
+        left = yield from self._stops.halt(moving, hard=io.stop_hard)
+        silent = [drive for drive in io.drives if drive.questions.owes]
+        reply: Reply
+        if left or trouble.kind is TroubleKind.SILENT:
+            silent = silent or ([] if left else [trouble.drive])
+            reply = yield from self._unheard(silent or left, began_s, turning=not silent)
+        else:
+            alert = yield from self._inquiry.explain(trouble)
+            io.notify(alert)
+            reply = RequestRejected(alert.text)
+        for drive in moving:
+            drive.stand(io.now_s, stopped=True)
+        yield from self._stops.relieve([drive for drive in moving if drive not in left])
+        return reply
+
+    def _unheard(
+        self, drives: Sequence[MksDrive], since_s: float, *, turning: bool
+    ) -> MksScript[Timeout | RequestRejected]:
+        """Return the reply about drives that fell silent, or are still turning."""
+        io = self._io
+        if missing := (yield from io.look()):
+            return midway(io.absence(missing, since_s))
+        if turning:
+            return RequestRejected(f"{drives[0]} did not come to rest after a stop")
+        who = str(drives[0]) if len(drives) == 1 else "the drives"
+        return RequestRejected(
+            f"{who} did not answer for a while in motion: reset, or lost its power, or the bus "
+            "lost frames. Check supply and plugs, and the bus's load and adapter",
+            silent=True,
+        )
 
 
-def _blocked(drive: MksDrive) -> Verdict:
-    return Verdict(drive, DriveFinding.BLOCKED, drive.count, drive.course.place)
+def off_path(drive: MksDrive, place: int) -> Trouble:
+    """Return that a drive is not where it should be."""
+    return Trouble(drive, TroubleKind.OFF_PATH, place)
+
+
+def beyond(drive: MksDrive, target: int) -> RequestRejected:
+    """Return that a drive cannot take a target."""
+    return RequestRejected(
+        f"{drive} would turn to {target} counts, beyond the 512 turns that can be commanded: bring "
+        "it near its zero and set a new zero (`armdrive can setup`)",
+        moved=False,
+    )
+
+
+def catch_up_rpm(planned: float) -> int:
+    """Return the greatest speed of a drive that lags, from its planned rpm."""
+    return min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
+
+
+def catch_up_travel(time_s: float, rate_hz: float, corridor: float) -> tuple[float, float]:
+    """Return how much of its planned motion a drive makes in a time, and the counts on top.
+
+    A drive that lags turns faster, but makes up for no more than it may lag: whichever is less.
+    """
+    extra_hz = (CATCH_UP - 1.0) * rate_hz + CATCH_UP_RPM * COUNTS_S_PER_RPM
+    faster = time_s, extra_hz * time_s
+    made_up = time_s + MAX_DELAY_S, corridor
+    return min(faster, made_up, key=lambda travel: travel[0] * rate_hz + travel[1])
+
+
+# -- bursts ---------------------------------------------------------------------------------------
+
+
+def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:
+    """Return whole speeds in proportion to the distances, the greatest at most `rate_hz`.
+
+    They are rounded up, so that no drive takes longer than the busiest.
+    """
+    largest = max(steps.largest, 1)
+    busiest = min(max(math.floor(rate_hz / COUNTS_S_PER_RPM + 1e-9), 1), SPEED_MAX_RPM)
+    return tuple(max(1, math.ceil(busiest * abs(count) / largest - 1e-9)) for count in steps)
+
+
+def trapezoids(acc: int, steps: Motors, rate_hz: float) -> list[Profile]:
+    """Return how the drives turn in a burst."""
+    largest = max(steps.largest, 1)
+    return [
+        trapezoid(
+            abs(count), rpm * COUNTS_S_PER_RPM, slope_of(shared_acc(acc, abs(count) / largest))
+        )
+        for count, rpm in zip(steps, speeds_rpm(steps, rate_hz), strict=True)
+    ]
+
+
+def _deviation(one: Profile, other: Profile) -> float:
+    """Return the greatest distance of a motion from its share of another one."""
+    share = one.distance / other.distance
+    times = sorted({0.0, *one.ends_s, *other.ends_s})
+    looks = [*times, *((a + b) / 2.0 for a, b in pairwise(times))]
+    return max(abs(one.at(time_s)[0] - share * other.at(time_s)[0]) for time_s in looks)

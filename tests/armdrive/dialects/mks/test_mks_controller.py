@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from itertools import pairwise
-
 import pytest
 from amounts import each_value, every_row
 from mks_bench import (
-    BURSTS,
     HOMES_RPM,
     LATEST,
     MksBench,
     along,
-    begun,
     homing_at,
-    requests,
     straight,
+    total,
 )
 
-from armdrive.dialects.bus.paths import Course
 from armdrive.dialects.mks.compare import parsed_line
 from armdrive.dialects.mks.controller import MksController
-from armdrive.dialects.mks.drive import START_WINDOW_S, MksDrive
-from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.stops import ramp_to
 from armdrive.errors import Refused
 from armdrive.tasks import (
     AlertKind,
@@ -35,31 +26,25 @@ from armdrive.tasks import (
     FixSetting,
     Halted,
     HomeDevice,
-    MoveBy,
     ReadPosition,
     ReadSettings,
     Registers,
     RequestRejected,
     SwitchOn,
+    Timeout,
 )
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
-    Answered,
     Calibrate,
     Code,
     Enable,
     Home,
     HomingState,
     Mode,
-    MoveAbsoluteAxis,
-    Outcome,
-    ReadStall,
     RunAtSpeed,
     SetStallProtection,
     SilenceWatchdog,
-    Status,
-    Stop,
     decode_request,
     encode,
     slope_of,
@@ -269,6 +254,8 @@ def test_homing_goes_group_by_group_and_sets_no_zero(settings):
     assert homed == [3, 1, 2]
     assert Code.ZERO not in {frame.data[0] for _, frame in bench.sent}
     assert bench.positions == Motors((0, 0, 0, *STARTS[3:]))
+    assert bench.do(along(straight(3))) == Done()
+    assert bench.positions == total(straight(3)) + Motors((0, 0, 0, *STARTS[3:]))
 
 
 def test_a_homed_drive_whose_id_another_one_takes_is_not_said_to_have_two_zeros():
@@ -382,7 +369,7 @@ def test_the_next_program_knows_the_watchdog_before_it_switches_anything_on():
     assert again.search(HomeDevice(((0,),))).time_s < 1.0 + longest_braking_s(HOMES_RPM)
 
 
-@pytest.mark.parametrize(("for_s", "words"), [(0.7, ""), (9.0, "no drive answered for a while")])
+@pytest.mark.parametrize(("for_s", "words"), [(0.7, ""), (9.0, "silent")])
 def test_homing_on_a_bus_that_falls_silent_blames_no_drive(for_s, words):
     bench = MksBench().ready()
     bench.begin(HomeDevice(((0, 1),)))
@@ -390,7 +377,7 @@ def test_homing_on_a_bus_that_falls_silent_blames_no_drive(for_s, words):
     until_s = bench.now_s + for_s
     bench.loses = lambda _frame, _host: bench.now_s < until_s
     reply = bench.finish(30.0)
-    assert reply == Done() if not words else words in reply.reason
+    assert reply == Done() if not words else isinstance(reply, Timeout)
 
 
 @pytest.mark.parametrize(
@@ -469,194 +456,3 @@ def test_homing_lasts_as_long_as_all_groups_and_a_silent_host_as_the_longest():
     assert each.time_s == both.time_s
     brakes_s = longest_braking_s(120) - longest_braking_s(60)  # the fastest of them decides
     assert both.time_s == pytest.approx(wrist.time_s + brakes_s)
-
-
-# -- A drive that is steered ends where it is sent, and does not run past that to come back --------
-
-CONFIGURED = 252
-
-
-def course(speed: float) -> Course:
-    """A drive at zero that turns so fast."""
-    found = Course()
-    found.rest_at(0.0, 0.0)
-    found.put(0.0, speed, 0.0)
-    return found
-
-
-@every_row("share", [0.05, 0.3, 1.0])
-@every_row("speed, left", [(20_000.0, 4000), (20_000.0, -4000), (3000.0, 60)])
-def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
-    drive = course(math.copysign(speed, left))
-    slope = slope_of(ramp_to(drive, left, CONFIGURED, share))
-    assert slope <= slope_of(CONFIGURED)
-    assert speed**2 / (2.0 * slope) <= max(abs(left), speed**2 / (2.0 * slope_of(CONFIGURED)))
-
-
-@every_row("share", [0.05, 0.3, 0.8, 1.0])
-@every_row("speed, left", [(22_937.0, 266), (41_000.0, 900), (9000.0, 90)])
-def test_a_path_can_end_there_though_the_order_is_a_little_late(share, speed, left):
-    slope = slope_of(ramp_to(course(speed), left, CONFIGURED, share))
-    late = speed * 0.002
-    assert speed**2 / (2.0 * slope) <= max(left - late, speed**2 / (2.0 * slope_of(CONFIGURED)))
-
-
-@every_row("share", [0.05, 0.1, 0.3])
-@every_row("ahead_s", [0.0005, 0.001, 0.003])
-def test_it_keeps_the_ramp_by_which_it_brakes_though_its_course_is_there_already(share, ahead_s):
-    drive = course(0.0)
-    drive.order(10_000, 60 * COUNTS_S_PER_RPM, slope_of(235), 0.0)
-    drive.advance(0.6)
-    drive.order(10_000, 14 * COUNTS_S_PER_RPM, slope_of(246), 0.6)
-    now_s = 0.6
-    while drive.speed:
-        now_s += 0.0005
-        drive.advance(now_s)
-    slope = slope_of(246)
-    speed = slope * ahead_s  # of the shaft itself, which is so much later
-    left = speed**2 / (2.0 * slope)
-    kept = slope_of(ramp_to(drive, 10_000, CONFIGURED, share, kept=246))
-    assert speed**2 / (2.0 * kept) <= left
-
-
-def test_a_drive_that_stood_starts_with_its_share_of_the_ramp():
-    drive = course(0.0)
-    drive.order(1000, 14 * COUNTS_S_PER_RPM, slope_of(246), 0.0)
-    drive.rest_at(1000, 2.0)
-    begins = ramp_to(drive, 5000, CONFIGURED, 0.1)
-    assert begins == ramp_to(drive, -5000, CONFIGURED, 0.1)
-    assert begins < 246
-
-
-@pytest.mark.parametrize("ways", [(3000, 100), (3000, 20, 5), (2500, 1200, 300)])
-def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
-    bench = MksBench().ready()
-    moves = [MoveBy(Motors((4000, way, 0, 0, 0, 0)), 40_000.0) for way in ways]
-    end, most = sum(ways), 0
-    bench.begin(along(moves))
-    for _ in range(2000):
-        bench.run(0.001)
-        most = max(most, bench.positions[1])
-        if (reply := bench.reply()) is not None:
-            break
-    assert isinstance(reply, Done)
-    assert most <= end + 2
-
-
-# -- A drive that rejects orders stops the whole arm soon, since motors can be coupled -------------
-
-TOGETHER = (2000, 0, 0, 2000, 2000, 0)
-"""Both wrist motors go alike: the hand pitches, and does not roll."""
-STARTED = 1
-PERIOD_S = 0.04
-SPEED = 20_000.0
-WHY = (Code.STALL, Code.ENABLED, Code.MODE)
-"""The readings and the setting that tell why a drive takes no orders."""
-
-
-def apart(bench: MksBench) -> int:
-    """Return how far the wrist's motors, which should go alike, are apart."""
-    return abs(bench.positions[3] - bench.positions[4])
-
-
-@pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31])
-def test_a_wrist_motor_that_rejects_orders_stops_the_other_one_at_once(after_s):
-    bench = MksBench().ready()
-    bench.at_s[bench.now_s + after_s] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
-    reply = bench.do(along(straight(10, way=TOGETHER)))
-    assert isinstance(reply, RequestRejected)
-    assert "drive 5 (left wrist) is in mode 2" in reply.reason
-    noticed_s = PERIOD_S + START_WINDOW_S + 0.01
-    assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
-
-
-def test_a_silent_wrist_motor_stops_the_other_one_once_it_is_mute():
-    bench = begun(straight(10, way=TOGETHER), 0.3)
-    bench.node(5).sim.port.mute = True
-    farthest = 0
-    while bench.reply() is None:
-        bench.run(0.01)
-        farthest = max(farthest, apart(bench))
-    assert farthest <= SPEED * PERIOD_S
-
-
-def test_a_stop_does_not_wait_for_the_answers_of_a_drive_that_rejects_orders():
-    """Its answers are lost for a while, and the arm is stopped meanwhile."""
-    bench = MksBench().ready()
-    bench.loses = lambda frame, host: not host and frame.can_id == 5 and frame.data[0] in WHY
-    bench.begin(along(straight(10, way=TOGETHER)))
-    bench.run(0.2)
-    bench.node(5).set_mode(Mode.PULSE_FOC)
-    bench.run(2.0 * PERIOD_S + 2.0 * START_WINDOW_S + 0.01)
-    assert requests(bench, ReadStall)
-    bench.controller.stop(hard=False)
-    bench.run(0.001)
-    stopped = {node for _, node, _ in requests(bench, Stop)}
-    assert {1, 4} <= stopped
-
-
-def test_an_unchanged_order_is_repeated():
-    bench = MksBench().ready()
-    at_60_rpm = Motors(4 * count for count in (8192, 0, 0, 8192, 8192, 0))
-    bench.do(along([MoveBy(at_60_rpm, 16_384.0)]))
-    at_s = [at_s for at_s, *_ in requests(bench, MoveAbsoluteAxis, node=5)]
-    assert max(b - a for a, b in pairwise(at_s)) <= 2.0 * PERIOD_S + 1e-3
-    assert at_s[-1] - at_s[0] > 1.5
-
-
-def test_a_burst_ends_soon_if_a_drive_rejects_its_order():
-    bench = MksBench(settings=BURSTS, firmware=(1, 0, 6)).ready()
-    ways = Motors(8 * way for way in TOGETHER)
-    bench.at_s[bench.now_s + 0.2] = lambda: bench.node(5).set_mode(Mode.PULSE_FOC)
-    reply = bench.do(MoveBy(ways, SPEED))
-    assert isinstance(reply, RequestRejected)
-    assert "drive 5 (left wrist) is in mode 2" in reply.reason
-    assert apart(bench) <= SPEED * 0.12
-
-
-@pytest.mark.parametrize("lost", [0, 1, 2])
-def test_a_started_report_may_be_lost(lost):
-    bench = MksBench().ready()
-    count = [0]
-
-    def loses(frame, host):
-        data = frame.data
-        began = not host and data[0] == Code.ABSOLUTE_AXIS and data[1] == STARTED
-        count[0] += began
-        return began and count[0] % 3 == lost
-
-    bench.loses = loses
-    assert isinstance(bench.do(along(straight())), Done)
-    assert count[0] > 30
-    assert not bench.alerts()
-
-
-def test_a_failed_report_is_a_rejection_unless_an_order_starts_next_to_it():
-    drive = MksDrive(1, "base", MksSettings())
-    failed, started = (
-        Answered(1, Status(Code.ABSOLUTE_AXIS, each)) for each in (Outcome.FAILED, Outcome.STARTED)
-    )
-    for at_s in (1.0, 1.0 + START_WINDOW_S):
-        drive.note(failed, at_s)
-        drive.note(started, at_s)
-        drive.note(failed, at_s + START_WINDOW_S)
-        assert math.isinf(drive.rejected_s)
-    drive.note(failed, 2.0)
-    drive.note(failed, 2.001)
-    assert drive.rejected_s == pytest.approx(2.0 + START_WINDOW_S)
-
-
-@pytest.mark.parametrize("count", [0, 5, 6])
-def test_a_drive_that_rejects_its_order_is_asked_why_and_gets_it_again(count):
-    """Drive 5 stands during the first segments; some of its first orders come with a poll."""
-    bench = MksBench().ready()
-    first, then = Motors((2000, 0, 0, 2000, 0, 0)), Motors(TOGETHER)
-    bench.node(5).set_mode(Mode.PULSE_FOC)
-    began_s = bench.now_s
-    bench.begin(along([MoveBy(way, SPEED) for way in (*[first] * count, *[then] * 20)]))
-    bench.run(1.0)
-    sent = [frame.data for at_s, frame in bench.sent if frame.can_id == 5 and at_s >= began_s]
-    asked = next(index for index, data in enumerate(sent) if data[0] == Code.STALL)
-    order = next(data for data in sent if data[0] == Code.ABSOLUTE_AXIS)
-    assert sent[:asked].count(order) == 1
-    assert order in sent[asked:]

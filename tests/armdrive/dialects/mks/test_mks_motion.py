@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from itertools import pairwise
 
 import pytest
@@ -16,7 +15,6 @@ from mks_bench import (
     SEGMENT_S,
     MksBench,
     along,
-    begun,
     check_halted,
     off_path,
     requests,
@@ -26,7 +24,6 @@ from mks_bench import (
 )
 
 from armdrive.tasks import (
-    AlertKind,
     Done,
     Halted,
     MoveAlong,
@@ -34,28 +31,20 @@ from armdrive.tasks import (
     ReadPosition,
     Registers,
     RequestRejected,
-    Timeout,
 )
 from firmware_protocol import mks
-from firmware_protocol.frames import pack
 from kinematics import Motors
 
+
+def ramped(way, count=8):
+    """Return segments from rest to rest that begin and end gently."""
+    places = [(1.0 - math.cos(math.pi * part / count)) / 2.0 for part in range(count + 1)]
+    points = [Motors(round(place * one) for one in way) for place in places]
+    parts = [b - a for a, b in pairwise(points)]
+    return [MoveBy(part, part.largest / SEGMENT_S) for part in parts if part.largest]
+
+
 FAST = (6000, -3000, 1500, 0, 700, 20)
-
-
-def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
-    bench = MksBench().ready()
-    next_s = bench.controller.next_s
-    bench.controller.next_s = lambda: next_s() + 0.003
-    began_s = bench.now_s
-    moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 60), duration_s=0.02)
-    assert isinstance(bench.do(along(moves)), Done)
-    orders = [at_s for at_s, frame in bench.sent if frame.can_id == 1 and frame.data[0] == 0xF5]
-    # later orders may be left out: by then the target is the end of the path
-    orders = [at_s for at_s in orders if began_s < at_s < began_s + 0.9]
-    periods = [after - before for before, after in pairwise(orders)]
-    assert sum(periods) / len(periods) == pytest.approx(0.04, abs=0.0005)
-    assert min(periods) > 0.02
 
 
 @pytest.mark.parametrize(
@@ -98,14 +87,6 @@ def test_every_path_is_followed_to_its_end(ways):
     assert worst < 150
 
 
-def ramped(way, count=8):
-    """Return segments from rest to rest that begin and end gently."""
-    places = [(1.0 - math.cos(math.pi * part / count)) / 2.0 for part in range(count + 1)]
-    points = [Motors(round(place * one) for one in way) for place in places]
-    parts = [b - a for a, b in pairwise(points)]
-    return [MoveBy(part, part.largest / SEGMENT_S) for part in parts if part.largest]
-
-
 WAY = (30_000, -15_000, 7_500, 0, 3_750, 1_500)
 
 
@@ -127,8 +108,8 @@ def out_of_proportion_until(bench, end_s) -> float:
     ("end", "reply", "most"),
     [
         ("by itself", Done(), 30),  # what 2.5 rpm are in a period
-        ("stopped", Halted(), 60),
-        ("held back", Done(), 60),  # at the end of what was drawn
+        ("stopped", Halted(), 75),
+        ("held back", Done(), 75),  # at the end of what was drawn
     ],
 )
 def test_motors_keep_in_proportion_however_the_motion_ends(end, reply, most):
@@ -160,10 +141,16 @@ def test_the_next_segment_is_drawn_no_earlier_than_announced():
         assert at_s >= began_s + number * SEGMENT_S - AHEAD_S - 1e-6
 
 
-@each_value("firmware, dies_s", [(1, 0, 9), (1, 0, 5)], [0.05, 0.62])
-def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
+FASTEST = (15000, -3000, 1500, 0, 700, 20)
+JOINED = [(6000, 100 * part**2 if part > 0 else 0, 0, 0, 0, 0) for part in range(-4, 8)]
+"""One motor turns evenly, and another one joins it and accelerates."""
+PATHS = [straight(12, FASTEST), ramped(tuple(10 * each for each in FASTEST)), segments(*JOINED)]
+
+
+@each_value("firmware, dies_s, moves", [(1, 0, 9), (1, 0, 5)], [0.62, 0.05, 0.55], PATHS)
+def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s, moves):
     bench = MksBench(firmware, {"firmware": ".".join(map(str, firmware))}).ready()
-    bench.begin(along(straight(12, (15000, -3000, 1500, 0, 700, 20))))
+    bench.begin(along(moves))
     bench.run(dies_s)
     bench.dead, died_s = True, bench.now_s
     bound = bench.controller.stopping(AHEAD_S)
@@ -212,83 +199,6 @@ def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, a
     assert bool(requests(bench, mks.EmergencyStop)) == (end == "hard stop")
 
 
-def test_a_bus_that_falls_silent_is_silence():
-    bench = MksBench().ready()
-    began_s = bench.now_s
-    bench.loses = lambda frame, host: bench.now_s > began_s + 0.3
-    assert isinstance(bench.do(along(straight(40))), Timeout)
-
-
-def test_a_bus_that_is_silent_before_a_motion_is_silence():
-    bench = MksBench().ready()
-    bench.run(1.0)
-    bench.loses = lambda *_: True
-    assert isinstance(bench.do(along(straight(4))), Timeout)
-    assert not requests(bench, mks.MoveAbsoluteAxis, since_s=1.0)
-
-
-def test_silence_after_a_motion_names_the_last_order():
-    bench = MksBench().ready()
-    assert isinstance(bench.do(along(straight(4))), Done)
-    bench.loses = lambda *_: True
-    targets = " ".join(map(str, bench.positions))
-    assert bench.do(ReadPosition()).to == f"F5 to {targets}"
-
-
-def reach_a_switch(bench):
-    """Have the first drive run into its limit switch, and say so."""
-    sim = bench.node(1).sim
-    asked = sim.motion.under_way
-    sim.motion.halt(bench.now_s)
-    bench.say(pack(sim.device.tell(asked, mks.Outcome.LIMIT_STOP)))
-
-
-FAULTS = {
-    "falls silent": (lambda bench: setattr(bench.node(2), "mute", True),
-                     None, r"drive 2 \(shoulder\)"),
-    "is blocked": (lambda bench: bench.node(3).block(),
-                   AlertKind.OFF_PATH, r"drive 3 \(elbow\)"),
-    "stalls and lets go": (lambda bench: bench.node(2).stall(),
-                           AlertKind.SWITCHED_OFF, r"drive 2 \(shoulder\) has stalled"),
-    "is reset": (lambda bench: bench.node(1).reset(),
-                 AlertKind.RESTARTED, r"drive 1 \(base\)"),
-    "is in another mode": (lambda bench: bench.node(5).set_mode(mks.Mode.PULSE_FOC),
-                           AlertKind.OFF_PATH, r"drive 5 \(left wrist\) is in mode 2"),
-    "reaches a limit switch": (reach_a_switch, AlertKind.ALARM_LOST,
-                               r"drive 1 \(base\) has run into a limit switch"),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("name", "after_s"),
-    [(name, after_s) for name in FAULTS for after_s in (0.0, 0.4)
-     if after_s or name != "reaches a limit switch"],  # which it has to be under way to
-)  # fmt: skip
-def test_a_drive_that_fails_ends_the_motion_of_all_and_is_named(name, after_s):
-    fails, kind, words = FAULTS[name]
-    bench = begun(straight(40), after_s)
-    fails(bench)
-    began_s = bench.now_s
-    reply = bench.finish()
-    assert isinstance(reply, RequestRejected)
-    assert re.search(words, reply.reason)
-    assert bench.now_s < began_s + 2.0
-    assert [alert.kind for alert in bench.alerts()] == [kind] * (kind is not None)
-    assert all(re.search(words, alert.text) for alert in bench.alerts())
-    bench.check_stands()
-
-
-def test_a_limit_switch_that_stops_a_burst_is_not_run_against_again():
-    bench = MksBench(settings=BURSTS).ready()
-    bench.begin(MoveBy(Motors((9000, -4000, 0, 0, 0, 0)), 20_000.0))
-    bench.run(0.2)
-    reach_a_switch(bench)
-    began_s, reply = bench.now_s, bench.finish()
-    assert isinstance(reply, RequestRejected)
-    assert [alert.kind for alert in bench.alerts()] == [AlertKind.ALARM_LOST]
-    assert not requests(bench, mks.MoveAbsoluteAxis, node=1, since_s=began_s)
-
-
 def test_disabled_motors_are_not_moved():
     bench = MksBench()
     bench.do(ReadPosition())
@@ -304,6 +214,21 @@ def test_a_target_that_cannot_be_expressed_is_refused():
     assert isinstance(reply, RequestRejected)
     assert "512 turns" in reply.reason
     bench.check_stands()
+
+
+@pytest.mark.parametrize("ways", [(3000, 100), (3000, 20, 5), (2500, 1200, 300)])
+def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
+    bench = MksBench().ready()
+    moves = [MoveBy(Motors((4000, way, 0, 0, 0, 0)), 40_000.0) for way in ways]
+    end, most = sum(ways), 0
+    bench.begin(along(moves))
+    for _ in range(2000):
+        bench.run(0.001)
+        most = max(most, bench.positions[1])
+        if (reply := bench.reply()) is not None:
+            break
+    assert isinstance(reply, Done)
+    assert most <= end + 2
 
 
 # -- bursts ----------------------------------------------------------------------------------------
