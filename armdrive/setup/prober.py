@@ -142,10 +142,8 @@ def _turn(io: ProbeIO, found: Examination, probe: Probe) -> Script:
     io.write(probe.data)
     parts = yield from io.collect(probe.wait_s, lambda got: identified(got) is not None, QUIET_S)
     reply = ProbeReply(probe.name, probe.baud, probe.data, b"".join(parts))
-    known, new = found.identity, identified(parts)
-    if known is not None and new is not None:
-        new = replace(new, greeted=new.greeted or known.greeted)  # seen once, it stays true
-    return Examination(new or known, probe.baud, (*found.replies, reply))
+    identity = identified(parts) or found.identity
+    return Examination(identity, probe.baud, (*found.replies, reply))
 
 
 # The wire of a serial probe.

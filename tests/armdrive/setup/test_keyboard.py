@@ -76,6 +76,13 @@ def test_what_keeps_a_held_key_from_working_is_named_with_the_remedy(times, work
     )
 
 
+def test_another_key_is_no_repeat():
+    terminal = FakeTerminal(press(30))
+    terminal.events.insert(9, (terminal.events[8][0], b"x"))
+    found = examine(terminal, {}, lambda _text: None)
+    assert found.events == len(press(30))
+
+
 def test_a_gap_that_would_end_the_jog_is_counted_and_tmux_has_its_settings_named():
     assert held(GAP).breaks == 1
     assert "1 event" in str(held([0.0]))

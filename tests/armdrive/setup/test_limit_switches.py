@@ -97,6 +97,23 @@ def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
     assert seen == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
 
 
+def test_the_alarm_of_a_switch_that_is_let_go_is_reset_too():
+    arm = found(config(LIMITED), firmware="grbl")
+    make_ready(arm)
+    board = arm.twin.board
+    press = board.set_switch
+
+    def bouncing(axis, state):
+        press(axis, state)
+        if state is SwitchState.FREE:
+            press(axis, SwitchState.CLOSED)
+            press(axis, SwitchState.FREE)
+
+    board.set_switch = bouncing
+    assert pressed(arm, switches_of(arm.config)[:1]) == {"base": SawSwitch.ALARM}
+    assert arm.status.state is State.STANDBY
+
+
 def test_an_arm_that_counts_on_no_switches_is_refused():
     with pytest.raises(Refused, match=r"hard_limits = true under \[grbl\], .* --arm \S+ --fix"):
         switches_of(config())

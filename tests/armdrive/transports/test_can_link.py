@@ -312,7 +312,9 @@ def breaks(bus: FailingBus, how: str) -> None:
         ("down", "interface is down"),
     ],
 )
-def test_a_bus_that_does_not_work_is_a_loss_in_its_words(failing, how, words):
+def test_a_bus_that_does_not_work_is_a_loss_in_its_words(failing, monkeypatch, how, words):
+    monkeypatch.setattr(can_link, "DRAIN_S", 0.05)
+    monkeypatch.setattr(can_link, "CLOSING_S", 0.05)
     bus, link = failing
     breaks(bus, how)
     with contextlib.suppress(LinkLost):
@@ -324,7 +326,7 @@ def test_a_bus_that_does_not_work_is_a_loss_in_its_words(failing, how, words):
         link.write(pack(Frame(3)), 0.0)
     returns(link.close)
     bus.stuck.set()
-    assert bus._is_shutdown
+    until(lambda: bus._is_shutdown)
 
 
 def test_frames_received_before_the_loss_come_first(failing):
