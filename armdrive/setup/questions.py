@@ -184,15 +184,6 @@ def _port(draft: Draft) -> Reader:
     return read
 
 
-def _has_baud(draft: Draft) -> bool:
-    """Return whether the line has a baud rate of its own: a bus has it in its port."""
-    return not draft.dialect.can or "connection.baud" in draft.around.given
-
-
-def _resets(draft: Draft) -> bool:
-    return draft.dialect.abilities.resets_on_open and bool(draft.get("connection.port"))
-
-
 def _kept_dtr(_draft: Draft, keep: bool) -> Entries:
     if not keep:
         return ()
@@ -216,11 +207,6 @@ def _models_length(draft: Draft, one: str) -> str | None:
     return None if draft.links is None else f"{draft.links.length_mm(path):g}"
 
 
-def _published(draft: Draft) -> bool:
-    preset = draft.preset
-    return preset is not None and preset.verified and preset.transmission is not None
-
-
 def _asks_gears(draft: Draft) -> bool:
     return draft.measured and not draft.published_motors
 
@@ -229,11 +215,6 @@ def _asks_microsteps(draft: Draft) -> bool:
     if draft.encoder_counts is not None:
         return False
     return _asks_gears(draft) or (draft.published_motors and draft.template.half_steps)
-
-
-def _limits(draft: Draft, one: str) -> str | None:
-    known = draft.limits_deg(one)
-    return None if known is None else typed(known)
 
 
 def _fingers(_draft: Draft, range_mm: tuple[float, float]) -> Entries:
@@ -304,10 +285,6 @@ def _all_different(draft: Draft, what: str, read: Callable[[str], Any]) -> Calla
     return different
 
 
-def _axes(draft: Draft) -> Reader:
-    return _all_different(draft, "letters", lambda line: line.replace(" ", "").upper())
-
-
 def _nodes(draft: Draft) -> Reader:
     node = whole(1, draft.dialect.bus.most if draft.dialect.bus is not None else 127)
     return _all_different(
@@ -351,13 +328,18 @@ ROWS = (
     ArmRow(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
         fixed(whole(50, 4_000_000)), lambda draft, _one: str(draft.dialect.baud),
-        when=_has_baud, place="connection.baud",
+        # a bus has its rate in its port
+        when=lambda draft: not draft.dialect.can or "connection.baud" in draft.around.given,
+        place="connection.baud",
     ),
     ArmRow(
         "connection.keep_dtr", "Keep the board from resetting when its port is opened again?",
         "Such a board resets when DTR rises; it then loses the position and lets the motors go. If "
         "DTR stays up between programs, only the first opening resets it.",
-        fixed(yes_or_no), "yes", when=_resets, place="connection.", put=_kept_dtr,
+        fixed(yes_or_no), "yes", place="connection.", put=_kept_dtr,
+        when=lambda draft: (
+            draft.dialect.abilities.resets_on_open and bool(draft.get("connection.port"))
+        ),
     ),
     # geometry: the lengths of a preset, or a model file
     ArmRow(
@@ -392,7 +374,9 @@ ROWS = (
         "Steps per turn of a joint convert angles into motor steps.",
         fixed(choice(("published", "own"))),
         lambda draft, _one: "own" if "full_steps" in draft.around.given else "published",
-        when=_published,
+        when=lambda draft: (
+            draft.preset is not None and draft.preset.verified and bool(draft.preset.transmission)
+        ),
         choices=lambda _draft: (
             ("published", "the original ones, with their published numbers"),
             ("own", "other motors or gears: the numbers are asked one by one"),
@@ -420,7 +404,7 @@ ROWS = (
     ArmRow(
         "limits.{one}", "Limits of {one}, lowest and highest in degrees?",
         "A few degrees before its mechanical stops: no motion is planned beyond them.",
-        fixed(bounds), _limits,
+        fixed(bounds), lambda draft, one: typed(draft.limits_deg(one) or ()) or None,
         each=unknown("limits", Draft.limits_deg, lambda draft: draft.joints),
         place="limits_deg.{one}",
     ),
@@ -489,7 +473,9 @@ ROWS = (
     ArmRow(
         "device.axes", "Which axis of the board drives each motor, in the arm's order?",
         "One letter for each motor. If a plug is in another socket, change the letters' order.",
-        _axes,
+        lambda draft: _all_different(
+            draft, "letters", lambda line: line.replace(" ", "").upper()
+        ),
         lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.all_motors)],
         when=_has("axes"),
         place="{dialect}.axes",

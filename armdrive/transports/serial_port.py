@@ -6,6 +6,7 @@ Of pyserial's URLs, `socket://host:port` and `rfc2217://host:port` work like the
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import warnings
@@ -65,8 +66,9 @@ class SerialLink(Link):
             raise refusal(port, error) from None
         self._port = made
         self._bell = Bell()
-        if keep_dtr_on_close:
-            self.keep_dtr_on_close()
+        fileno = self._fileno()
+        if keep_dtr_on_close and not self._scheme and fileno is not None:
+            clear_hupcl(fileno)
 
     @property
     def description(self) -> str:
@@ -124,11 +126,6 @@ class SerialLink(Link):
         """End a `wait` early."""
         self._bell.ring()
 
-    def keep_dtr_on_close(self) -> bool:
-        """Leave DTR as it is when the port is closed; return whether the system can do that."""
-        fileno = self._fileno()
-        return not self._scheme and fileno is not None and clear_hupcl(fileno)
-
     def close(self) -> None:
         """Close the port."""
         # pyserial forgets to close a socket whose other end has gone
@@ -152,7 +149,7 @@ class SerialLink(Link):
         return lost_link(f"the connection on {self._name}", reason_of(error), todo)
 
 
-def clear_hupcl(fileno: int) -> bool:
+def clear_hupcl(fileno: int) -> None:
     """Clear HUPCL of an open port, so that DTR stays up when the port is closed.
 
     Boards with an Arduino's reset circuit restart when DTR rises. Linux and macOS raise DTR
@@ -160,18 +157,14 @@ def clear_hupcl(fileno: int) -> bool:
     stays up between programs, so that the next open brings no edge. The first open after plugging
     in has already reset the board: no setting prevents that.
 
-    Returns whether HUPCL is cleared: False on Windows, and if the file is no terminal. The setting
-    stays with the device until it is unplugged or another program changes it.
+    Windows has no such setting, nor has a file that is no terminal. The setting stays with the
+    device until it is unplugged or another program changes it.
     """
-    if sys.platform == "win32":
-        return False
-    try:
-        settings = termios.tcgetattr(fileno)
-        settings[2] &= ~termios.HUPCL
-        termios.tcsetattr(fileno, termios.TCSANOW, settings)
-        return not termios.tcgetattr(fileno)[2] & termios.HUPCL
-    except termios.error:
-        return False
+    if sys.platform != "win32":
+        with contextlib.suppress(termios.error):
+            settings = termios.tcgetattr(fileno)
+            settings[2] &= ~termios.HUPCL
+            termios.tcsetattr(fileno, termios.TCSANOW, settings)
 
 
 def _made(port: str, baud: int, kind: str) -> serial.Serial:

@@ -111,6 +111,7 @@ def test_the_alarm_of_a_switch_that_is_let_go_is_reset_too():
 
     board.set_switch = bouncing
     assert pressed(arm, switches_of(arm.config)[:1]) == {"base": SawSwitch.ALARM}
+    arm.sleep(1.0)
     assert arm.status.state is State.STANDBY
 
 
