@@ -32,8 +32,12 @@ ONE_PROGRAM = (
 
 def monitor(options: argparse.Namespace) -> int:
     """Listen until the time or the count is reached, or Ctrl-C."""
-    config = _watched(options)
-    language = _language(options, config)
+    require_real_ports()
+    if bool(options.port) == bool(options.arm):
+        raise BadRequest("name one bus, or an arm file with --arm; `armdrive ports` lists them")
+    config = find(options.arm).config if options.arm else None
+    language = USUAL if config is None else language_of(config.connection.dialect)
+    language = LANGUAGES.get(options.protocol, language)
     address = _address(options, config)
     try:
         link = opening.open_link(str(address), 0)
@@ -91,20 +95,6 @@ def _explanation(language: Language, shown: int, foreign: int) -> str:
             f"{language.title}: try {others}"
         )
     return ""
-
-
-def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language:
-    if options.protocol:
-        return LANGUAGES[options.protocol]
-    return USUAL if config is None else language_of(config.connection.dialect)
-
-
-def _watched(options: argparse.Namespace) -> ArmConfig | None:
-    """Return the arm whose bus is meant; None if a bus is named. Raises `BadRequest`."""
-    require_real_ports()
-    if bool(options.port) == bool(options.arm):
-        raise BadRequest("name one bus, or an arm file with --arm; `armdrive ports` lists them")
-    return find(options.arm).config if options.arm else None
 
 
 def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddress:

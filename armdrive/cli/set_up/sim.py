@@ -48,12 +48,11 @@ def _check_wire(options: argparse.Namespace, dialect: str) -> None:
     on_bus = DIALECTS[dialect].can
     if on_bus and not options.slcan:
         raise BadRequest(f"{dialect} is spoken on a CAN bus: --slcan PATH is required")
-    if options.listener and not options.slcan:
-        raise BadRequest("--listener PATH is a second adapter on a bus: --slcan PATH is the first")
-    if options.slcan and not on_bus:
-        raise BadRequest(f"{dialect} is not spoken on a CAN bus: --pty PATH offers it")
-    if not (on_bus or options.pty or options.tcp or options.udp):
-        raise BadRequest("one of --pty PATH, --tcp HOST:PORT, --udp HOST:PORT is required")
+    if not on_bus and (options.listener or not (options.pty or options.tcp or options.udp)):
+        raise BadRequest(
+            f"{dialect} is not spoken on a CAN bus: --pty PATH, --tcp HOST:PORT or --udp HOST:PORT "
+            "is required"
+        )
 
 
 def _serve(options: argparse.Namespace, config: ArmConfig) -> int:

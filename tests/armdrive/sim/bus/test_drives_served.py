@@ -155,7 +155,7 @@ def test_python_can_asks_a_drive_and_the_console_steers_it(tmp_path):
         ("mks", "--slcan PATH is required"),
         ("cia402 --pty x", "--slcan PATH is required"),
         ("cia402 --slcan x --set missing=6", "missing is written"),
-        ("teachmover --slcan x", "--pty PATH offers it"),
+        ("teachmover --slcan x", "is not spoken on a CAN bus: --pty PATH"),
     ],
 )
 def test_each_device_is_offered_over_a_wire_of_its_kind(capsys, words, told):
