@@ -161,6 +161,12 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         assert isinstance(session.stage, FileToWrite)
         assert 'port = "/dev/arm"' in session.words
         path = places.arm_files() / "lab3.toml"
+        path.write_text(FILE)  # by another program
+        await session.twice("enter")
+        session.shows("meanwhile", messages="already exists, and is not overwritten")
+        assert path.read_text() == FILE
+        path.unlink()
+        session.clock.now_s += 20.0
         await session.press("enter")
         await session.settle()
         assert not path.exists()
@@ -391,11 +397,11 @@ async def test_no_motor_is_turned_after_a_stop_or_in_a_state_in_which_it_should_
             await session.desk.run_action("stage.turn", session.desk.screen)
             assert session.simulated.asked == []
             assert why in session.desk.message
-        session.simulated.before = arm.request_stop
-        before = arm.twin.world.opening_mm
+        session.simulated.before = lambda: (arm.request_stop(), arm.sleep(0.2))
+        before = arm.twin.world.motors
         await session.poll()
         await session.turn()
-        assert arm.twin.world.opening_mm == before
+        assert arm.twin.world.motors == before
         assert not session.stage.check.away
         assert "stop" in session.text("messages")
 
