@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -21,9 +21,8 @@ from firmware_protocol.grbl import (
     keys,
 )
 
-# --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
-# All axes that are homed move together, each at the homing rate, and drop out as their switches are
-# pressed. The real firmware stops only that axis dead; here the others pause while it drops out.
+# --- Homing: towards a switch, off it, slowly on again, and off ----------------------------------
+# Several axes home one after the other; on a real board they turn together.
 # Source: gnea/grbl grbl/limits.c (limits_go_home).
 
 # A part of a script; it returns 0, or an error number.
@@ -39,89 +38,66 @@ def write_eeprom(board: GrblBoard) -> Waits:
     yield board.now_s + board.firmware.eeprom_s
 
 
-def home(board: GrblBoard, axes: Sequence[int]) -> Steps:
-    """Home axes; return 0, or the number of the alarm if it fails."""
-    settings = board.settings
+def home(board: GrblBoard, axis: int) -> Steps:
+    """Home an axis; return 0, or the number of the alarm if it fails."""
+    settings, firmware = board.settings, board.firmware
     board.state = State.HOME
     board.current.keep_on()
-    far = SEARCH * max(settings.axis(keys.TRAVEL, axis) for axis in axes)
+    far = SEARCH * settings.axis(keys.TRAVEL, axis)
     back, seek = settings[keys.PULL_OFF], settings[keys.HOMING_SEEK] / MINUTE_S
-    feed = settings[keys.HOMING_FEED] / MINUTE_S
-    leave = feed if board.firmware.backs_off_at_feed else seek
+    feed, pause_s = settings[keys.HOMING_FEED] / MINUTE_S, settings[keys.DEBOUNCE_MS] / 1000
+    leave = feed if firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
-        _count_from_zero(board, axes)
-        found = yield from _approach(board, axes, search, rate)
-        if not found:
-            return AlarmNumber.NOT_FOUND
-        yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
-        _count_from_zero(board, axes)
-        yield from _go(board, axes, -back, leave)
-        if any(board.switches.pressed(axis) for axis in axes):
+        _count_from_zero(board, axis)
+        while not board.switches.pressed(axis):
+            if search <= 0.0:
+                return AlarmNumber.NOT_FOUND
+            steps = board.switches.steps_to(axis, _way(board, axis))
+            per_unit = settings.axis(keys.STEPS_PER_UNIT, axis)
+            way = search if steps is None else min(search, max(steps, 1) / per_unit)
+            yield from _go(board, axis, way, rate)
+            search -= way
+        yield board.now_s + pause_s
+        _count_from_zero(board, axis)
+        yield from _go(board, axis, -back, leave)
+        if board.switches.pressed(axis):
             return AlarmNumber.STILL_PRESSED
-        yield board.now_s + settings[keys.DEBOUNCE_MS] / 1000
-    _set_position(board, axes)
-    board.unhomed -= set(axes)
+        yield board.now_s + pause_s
+    place = list(board.drive.goal_units)
+    place[axis] = _homed_at(board, axis)
+    counts = board.drive.steps_of(place)
+    board.drive.set_axes(counts, board.now_s)
+    board.position = board.drive.units_of(counts)
+    board.unhomed.discard(axis)
     board.state = State.ALARM if board.unhomed else State.IDLE
     board.current.release_at_rest(board.now_s)
     board.limits.forget(board)
     return 0
 
 
-def _approach(
-    board: GrblBoard, axes: Sequence[int], search: float, rate: float
-) -> Generator[float, None, bool]:
-    """Move axes until each has pressed its switch; return False if one never does."""
-    left = [axis for axis in axes if not board.switches.pressed(axis)]
-    while left:
-        if search <= 0.0:
-            return False
-        ways = [_units_to_switch(board, axis) for axis in left]
-        way = min([search, *(way for way in ways if way is not None)])
-        yield from _go(board, left, way, rate)
-        search -= way
-        left = [axis for axis in left if not board.switches.pressed(axis)]
-    return True
-
-
-def _units_to_switch(board: GrblBoard, axis: int) -> float | None:
-    """Return how far an axis must go, at least a whole step; None if its switch is out of reach."""
-    steps = board.switches.steps_to(axis, _way(board, axis))
-    return None if steps is None else max(steps, 1) / board.settings.axis(keys.STEPS_PER_UNIT, axis)
-
-
 def _way(board: GrblBoard, axis: int) -> int:
     return -1 if board.settings.mask(keys.HOMING_DIRECTIONS, axis) else 1
 
 
-def _go(board: GrblBoard, axes: Sequence[int], units: float, rate: float) -> Waits:
-    """Move axes towards their switches (backwards if negative), and wait."""
+def _go(board: GrblBoard, axis: int, units: float, rate: float) -> Waits:
+    """Move an axis towards its switch (backwards if negative), and wait."""
     target = list(board.drive.goal_units)
-    for axis in axes:
-        target[axis] += units * _way(board, axis)
-    board.drive.queue_to(target, rate * math.sqrt(len(axes)), board.now_s)
+    target[axis] += units * _way(board, axis)
+    board.drive.queue_to(target, rate, board.now_s)
     while board.drive.rack.waiting:
         yield math.inf
 
 
-def _count_from_zero(board: GrblBoard, axes: Sequence[int]) -> None:
+def _count_from_zero(board: GrblBoard, axis: int) -> None:
     """Begin a motion of homing, for which most firmware counts from zero."""
     if board.firmware.homing_counts:
-        counts = enumerate(board.drive.counts)
-        zeroed = [0 if axis in axes else count for axis, count in counts]
-        board.drive.set_axes(zeroed, board.now_s)
-
-
-def _set_position(board: GrblBoard, axes: Sequence[int]) -> None:
-    """Set the position of the axes to where the firmware says that they are homed."""
-    place = list(board.drive.goal_units)
-    for axis in axes:
-        place[axis] = _homed_at(board, axis)
-    counts = board.drive.steps_of(place)
-    board.drive.set_axes(counts, board.now_s)
-    board.position = board.drive.units_of(counts)
+        counts = list(board.drive.counts)
+        counts[axis] = 0
+        board.drive.set_axes(counts, board.now_s)
 
 
 def _homed_at(board: GrblBoard, axis: int) -> float:
+    """Return where the firmware says that a homed axis stands."""
     settings = board.settings
     if board.firmware.homes_at is not None:
         return board.firmware.homes_at
@@ -232,11 +208,12 @@ def _home(board: GrblBoard, command: Home) -> Steps:
     homing = int(board.settings[keys.HOMING])
     if not homing or (command.axes and not homing & board.firmware.single_axis_bits):
         return RefusalNumber.NO_HOMING
-    # without letters, the axes of a real board home in cycles, and some builds leave axes out
-    axes = [board.axes.index(letter) for letter in command.axes or board.axes]
-    code = yield from home(board, axes)
-    if code:
-        yield from board.routines.fail(board, code)
+    # without letters, some builds leave axes out
+    for letter in command.axes or board.axes:
+        code = yield from home(board, board.axes.index(letter))
+        if code:
+            yield from board.routines.fail(board, code)
+            break
     return 0
 
 

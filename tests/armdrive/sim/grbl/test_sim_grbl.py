@@ -572,7 +572,7 @@ def test_homing_takes_the_measured_time_and_ends_a_pull_off_before_the_switches(
     bench.put("$H\n")
     bench.wait(0.5)
     assert bench.ask() is None  # only FluidNC reports meanwhile
-    bench.wait(10.0)
+    bench.wait(30.0)
     assert (bench.ask().state, bench.reports[-1].machine_position) == (State.IDLE, (-1.0,) * 6)
     expected = [switch.at - 10 for switch in bench.board.switches.by_axis.values()]
     assert list(bench.device.world.motors) == expected
