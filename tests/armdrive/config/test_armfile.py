@@ -271,6 +271,8 @@ def test_an_arm_of_a_model_file_gives_backlash_with_its_motors(tmp_path):
     config = written(tmp_path, text)
     assert config.backlash_steps == (0, 0, 20, 0, 0, 0)
     assert simulate(config).world.play.widths == config.backlash_steps
+    with pytest.raises(ArmFileError, match="the backlash of motor '.*' is backlash_deg"):
+        written(tmp_path, text.replace("backlash_deg", "backlash_mm"))
 
 
 # One reading finds every problem: in each section of an arm file, and in its model file.
