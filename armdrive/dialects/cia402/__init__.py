@@ -4,7 +4,8 @@ Read in this order, after `dialects.bus`:
 
     controller   what the engine uses: requests, frames, events, the bounds of stops
     drives       one drive: what it has reported, and what can be wrong with it
-    exchange     what scripts work with: the drives, their cycles by SYNC, their objects by SDO
+    exchange     what scripts work with: the drives, their cycles by SYNC, the heartbeat
+    transfers    reading and writing objects of several drives by SDO, for motions and surveys
     states       holding, stopping, switching off, resetting faults
     contact      finding the drives, setting them up, switching their current, clearing faults
     motion       the one rule for all motions; cyclic targets, bursts by profile position

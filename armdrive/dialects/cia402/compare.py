@@ -9,9 +9,10 @@ import re
 from collections.abc import Mapping
 
 from armdrive.dialects.cia402.contact import BRAKE
-from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.objects import value_words
 from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.transfers import Script
 from armdrive.errors import Refused
 from armdrive.tasks import DeviceSettings, Difference, Done, Reply
 from firmware_protocol import canopen

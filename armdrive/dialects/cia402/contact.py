@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
-from armdrive.dialects.cia402.exchange import Cia402Exchange, ReadObjects, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.objects import DRIVES
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
 from armdrive.dialects.cia402.states import STOP_WRITE, hold, reset_faults, switch_off
+from armdrive.dialects.cia402.transfers import ReadObjects, Script, wait
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol import canopen
@@ -102,10 +103,10 @@ def connect(io: Cia402Exchange) -> Script[None]:
 
     An earlier program may have left the drives in motion: they are waited for, then stopped.
     """
-    io.shared.clear()
+    io.transfers.shared.clear()
     yield from _recognise(io)
     yield from _end_earlier_motion(io)
-    if io.shared:
+    if io.transfers.shared:
         raise Obstructed(io.shared_words)
     yield from _set_up(io)
     yield from _start(io)
@@ -150,16 +151,16 @@ def _find(io: Cia402Exchange, *places: Place) -> Script[list[ReadObjects]]:
     A stopped node does not answer, and sends nothing but its heartbeat.
     """
     jobs = dict.fromkeys(io.drives, places)
-    results = yield from io.transfer(jobs)
+    results = yield from io.transfers.transfer(jobs)
     mute = [result.drive for result in results if result.mute]
     if 0 < len(mute) < len(results):
         io.send_nmt(NmtCommand.PRE_OPERATIONAL, mute)
-        results = yield from io.transfer(jobs)
+        results = yield from io.transfers.transfer(jobs)
         mute = [result.drive for result in results if result.mute]
     if not mute:
         return results
     reply = io.absence(mute)
-    if isinstance(reply, RequestRejected) and io.shared:  # it may be one of the two
+    if isinstance(reply, RequestRejected) and io.transfers.shared:  # it may be one of the two
         reply = replace(reply, reason=f"{reply.reason}. And {io.shared_words}")
     raise Obstructed(reply)
 
@@ -206,7 +207,7 @@ def _choose_mode(io: Cia402Exchange, results: list[ReadObjects]) -> None:
         (result.drive, place)
         for result in results
         for place in WATCH_OBJECTS
-        if place in result.lacking
+        if result.lacks(place)
     ]
     io.watches = not lacking
     for drive, place in lacking[:1]:
@@ -227,7 +228,7 @@ def _end_earlier_motion(io: Cia402Exchange) -> Script[None]:
     def turning() -> Script[list[Cia402Drive]]:
         """Return the drives that have turned since the last look. A sagging arm is found later."""
         before = {drive: drive.count for drive in io.drives}
-        yield from io.wait(STILL_S)
+        yield from wait(io, STILL_S)
         yield from io.obtain(both)
         return [
             drive
@@ -236,7 +237,7 @@ def _end_earlier_motion(io: Cia402Exchange) -> Script[None]:
         ]
 
     def stop(drives: list[Cia402Drive]) -> Script[None]:
-        yield from io.transfer(dict.fromkeys(drives, (STOP_WRITE,)))
+        yield from io.transfers.transfer(dict.fromkeys(drives, (STOP_WRITE,)))
 
     yield from end_earlier_motion(io, turning, stop)
 
@@ -291,7 +292,7 @@ def _start(io: Cia402Exchange) -> Script[None]:
     since_s, missing = io.now_s, list(io.drives)
     for _ in range(TRIES):
         io.send_nmt(NmtCommand.START, missing)
-        yield from io.wait(io.limits.cycle_s)
+        yield from wait(io, io.limits.cycle_s)
         for _ in range(TRIES):
             yield from io.cycle()
             missing = [drive for drive in io.drives if drive.reported_s <= since_s]

@@ -29,11 +29,12 @@ from armdrive.dialects.cia402.contact import (
     shutdown_frames,
 )
 from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
-from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.homing import Cia402Homing
 from armdrive.dialects.cia402.measuring import measure_units
 from armdrive.dialects.cia402.motion import burst, stream
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
+from armdrive.dialects.cia402.transfers import Script
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
     ScriptRunner,
@@ -205,7 +206,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def give_up(self) -> None:
         """Give up all transfers."""
-        self._exchange.give_up(self.drives)
+        self._exchange.transfers.give_up(self.drives)
         self._exchange.host.silence()
 
     # -- what the engine calls ----------------------------------------------------------------
@@ -218,7 +219,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         io.host.receive_data(data)
         while (event := io.host.next_event()) is not None:
             self.unsolicited(event)
-        io.write(io.host.owed())
+        io.out += io.host.owed()
         self._loop.step(None)
 
     def advance(self, now_s: float) -> bytes:

@@ -86,6 +86,10 @@ class Cia402Drive:
     """Whether an alert has reported what is wrong with it."""
     answer: Answer | None = None
     """The answer to its last object transfer."""
+    repeats: int = 0
+    """How many questions for objects were repeated."""
+    strays: int = 0
+    """How many answers came that were not awaited any more."""
 
     # -- what it was ordered ------------------------------------------------------------------
     goal: int = 0

@@ -1,17 +1,14 @@
-"""What scripts work with: the drives, their cycles by SYNC, their objects by SDO, the heartbeat."""
+"""What scripts work with: the drives, their cycles by SYNC, the heartbeat."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import zip_longest
-from typing import TypeAlias, TypeVar
+from collections.abc import Callable, Collection, Iterable
 
 from armdrive.dialects.bus.drives import ALL_SILENT, LAST_TRY_S, absence, shared_words
-from armdrive.dialects.cia402.drives import Answer, Cia402Drive, Trouble, value_of
-from armdrive.dialects.cia402.objects import object_words, value_words
+from armdrive.dialects.cia402.drives import Cia402Drive, Trouble
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings, DriveLimits
+from armdrive.dialects.cia402.transfers import Jobs, ObjectTransfers, ReadObjects, Script
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.tasks import (
     Alert,
@@ -21,29 +18,13 @@ from armdrive.tasks import (
     Registers,
     RequestRejected,
     Timeout,
-    never,
 )
 from firmware_protocol import canopen
-from firmware_protocol.canopen import Controlword, HostEvent, OperationMode, Place, Write
-from firmware_protocol.canopen.sdo import Upload
+from firmware_protocol.canopen import Controlword, HostEvent, OperationMode, Place
 from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
 from kinematics.text import counted
 
-T = TypeVar("T")
-Script: TypeAlias = Generator[float, HostEvent | None, T]
-
-# A read or a write of an object by SDO.
-Job: TypeAlias = Place | Write
-Jobs: TypeAlias = Mapping[Cia402Drive, Sequence[Job]]
-
-# The reasons for which a drive refuses an object that it lacks, or that is a constant.
-ABSENT = (
-    canopen.AbortCode.NO_OBJECT,
-    canopen.AbortCode.NO_SUB_INDEX,
-    canopen.AbortCode.READ_ONLY,
-    canopen.AbortCode.ACCESS,
-)
 # The path stands still while a drive has missed this many SYNCs: it may not get its targets either.
 LOST_CYCLES = 4
 # After a late cycle the next one takes at least this share of a period, so that the drives can
@@ -80,40 +61,6 @@ class HeartbeatProducer:
         return self._frame
 
 
-@dataclass(slots=True)
-class ReadObjects:
-    """What the transfers with one drive gave.
-
-    `values` were read. `refused` are the objects that it refused, with the reason in words, and
-    `lacking` those of them that it does not have or that are constants. It is `mute` if an answer
-    is missing.
-    """
-
-    drive: Cia402Drive
-    values: dict[Place, int] = field(default_factory=dict)
-    refused: dict[Place, str] = field(default_factory=dict)
-    lacking: set[Place] = field(default_factory=set)
-    mute: bool = False
-
-    def take(self, job: Job, answer: Answer | None) -> None:
-        """Record the answer to a job."""
-        match answer:
-            case canopen.Uploaded(place):
-                self.values[place] = value_of(answer)
-            case canopen.Aborted(place, code):
-                self.refused[place] = _refused_words(self.drive, job, code)
-                if code in ABSENT:
-                    self.lacking.add(place)
-            case None:
-                self.mute = True
-
-
-def _refused_words(drive: Cia402Drive, job: Job, code: int) -> str:
-    what = object_words(job.place if isinstance(job, Write) else job)
-    value = f" ({value_words(job.place, job.value)})" if isinstance(job, Write) else ""
-    return f"{drive} refused object {what}{value}: {canopen.abort_words(code)}"
-
-
 class Cia402Exchange(ScriptIO[HostEvent]):
     """The drives of an arm and the wire to them.
 
@@ -137,6 +84,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         )
         self.by_node = {drive.node: drive for drive in self.drives}
         self.host = canopen.Host(settings.ids)
+        self.transfers = ObjectTransfers(self, self.host, settings.answer_s)
         self.beats = HeartbeatProducer(settings.master_id, settings.heartbeat_period_ms / 1000.0)
         self.contacted = self.configured = False
         """Whether the drives are set up; whether they ever were."""
@@ -148,9 +96,6 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         """Whether the drives get cyclic targets."""
         self.rival_s = -math.inf
         """When another program sent a heartbeat with this program's number."""
-        self.shared: set[int] = set()
-        """The node numbers that two drives answer to: with two serial numbers."""
-        self._serials: dict[int, bytes] = {}
         self.underruns = 0
         self.outages = 0
         """How often drives may have stopped by themselves in a motion."""
@@ -184,8 +129,10 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         match event:
             case canopen.DriveReport():
                 drive.note_report(event, self.synced_s, self.now_s)
+            case canopen.SdoAnswered(_, canopen.UnreadableFrame(frame, reason)):
+                self.warn(f"{drive} sent an invalid answer, {frame}: {reason}")
             case canopen.SdoAnswered(_, answer):
-                self._note_answer(drive, answer)
+                self.transfers.note(drive, answer)
             case canopen.Emergency():
                 self.warn(f"{drive} reports: {drive.note_error(event)}")
             case canopen.Heartbeat(_, state):
@@ -194,23 +141,6 @@ class Cia402Exchange(ScriptIO[HostEvent]):
                     drive.word, drive.booted, self.contacted = None, True, False
                 elif drive.dropped_out:
                     self.contacted = False  # the next request starts it again
-
-    def _note_answer(self, drive: Cia402Drive, answer: canopen.SdoEvent) -> None:
-        match answer:
-            case canopen.UnreadableFrame(frame, reason):
-                self.warn(f"{drive} sent an invalid answer, {frame}: {reason}")
-            case canopen.StrayResponse(Upload(canopen.SERIAL_NUMBER, content)):
-                if self._serials.get(drive.node, content.data) != content.data:
-                    self.shared.add(drive.node)  # no repeated frame, which would be equal
-            case canopen.Uploaded() | canopen.Downloaded() | canopen.Aborted():
-                drive.answer = answer
-        match answer:
-            case canopen.Uploaded(canopen.SERIAL_NUMBER, data):
-                self._serials[drive.node] = data
-            case canopen.Uploaded(canopen.POSITION):
-                drive.note_position(value_of(answer), drive.asked_s)
-            case canopen.Uploaded(canopen.STATUSWORD):
-                drive.note_word(canopen.Statusword(value_of(answer)))
 
     def warn(self, words: str) -> None:
         """Report something that ends no motion."""
@@ -239,12 +169,6 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         return Registers(counts, held=None if held and not self.on else held)
 
     # -- cycles -------------------------------------------------------------------------------
-
-    def wait(self, seconds: float, over: Callable[[], bool] = never) -> Script[None]:
-        """Wait for some listened time, or for a condition, regardless of stops."""
-        ends_s = self.listened.s + seconds - 1e-9
-        while self.listened.s < ends_s and not over():
-            yield self.now_s + max(ends_s - self.listened.s, 1e-6)
 
     def command(
         self, drive: Cia402Drive, word: Controlword, mode: OperationMode, target: int
@@ -289,83 +213,9 @@ class Cia402Exchange(ScriptIO[HostEvent]):
 
     # -- objects ------------------------------------------------------------------------------
 
-    def transfer(
-        self,
-        jobs: Jobs,
-        *,
-        tries: int = TRIES,
-        lenient: bool = False,
-        over: Callable[[], bool] = never,
-    ) -> Script[list[ReadObjects]]:
-        """Read and write objects of several drives side by side, until that is `over`.
-
-        Later jobs build on the writes before them. So the rest of a drive's jobs is skipped after a
-        refused write, unless `lenient`.
-        """
-        results = {drive: ReadObjects(drive) for drive in jobs}
-        skipped: set[Cia402Drive] = set()
-        for row in zip_longest(*jobs.values()):
-            now = {
-                drive: job
-                for drive, job in zip(jobs, row, strict=True)
-                if job is not None and drive not in skipped
-            }
-            yield from self._answers(now, tries, over)
-            answers = {drive: drive.answer for drive in now}
-            constants = {
-                drive: job.place
-                for drive, job in now.items()
-                if isinstance(job, Write) and _cannot_be_written(drive.answer)
-            }
-            yield from self._answers(constants, tries, over)
-            if over():
-                break
-            for drive, job in now.items():
-                if isinstance(job, Write) and _suits(job, drive.answer):
-                    continue
-                results[drive].take(job, answers[drive])
-                refused = isinstance(job, Write) and job.place in results[drive].refused
-                if results[drive].mute or (refused and not lenient):
-                    skipped.add(drive)
-        return list(results.values())
-
-    def _answers(
-        self, jobs: Mapping[Cia402Drive, Job], tries: int, over: Callable[[], bool]
-    ) -> Script[None]:
-        """Wait for the answers of drives to one job each; none comes from a mute one."""
-        left = dict(jobs)
-
-        def complete() -> bool:
-            return over() or all(drive.answer is not None for drive in left)
-
-        for attempt in range(1, tries + 1):
-            for drive, job in left.items():
-                self.ask(drive, job)
-            # a busy computer or a full adapter may hold the last answer back
-            last_s = LAST_TRY_S if attempt == tries else 0.0
-            yield from self.wait(self.settings.answer_s + last_s, complete)
-            left = {drive: job for drive, job in left.items() if drive.answer is None}
-            if not left or over():
-                break
-        self.give_up(left)
-
-    def ask(self, drive: Cia402Drive, job: Job) -> None:
-        """Begin a transfer with a drive; it replaces an unanswered one."""
-        self.give_up((drive,))
-        drive.answer, drive.asked_s = None, self.now_s
-        if isinstance(job, Write):
-            self.out += self.host.download(drive.node, job.place, job.data)
-        else:
-            self.out += self.host.upload(drive.node, job)
-
-    def give_up(self, drives: Collection[Cia402Drive]) -> None:
-        """Give up the transfers with drives."""
-        for drive in drives:
-            self.out += self.host.abandon(drive.node)
-
     def obtain(self, jobs: Jobs, *, lenient: bool = False) -> Script[list[ReadObjects]]:
         """Transfer as above. Raises `Obstructed` if a drive does not answer."""
-        results = yield from self.transfer(jobs, lenient=lenient)
+        results = yield from self.transfers.transfer(jobs, lenient=lenient)
         mute = [result.drive for result in results if result.mute]
         if mute:
             raise Obstructed(self.absence(mute))
@@ -381,7 +231,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         """Ask a drive for its error, unless it has reported one."""
         if drive.error:
             return
-        (result,) = yield from self.transfer({drive: (canopen.ERROR_CODE,)}, tries=1)
+        (result,) = yield from self.transfers.transfer({drive: (canopen.ERROR_CODE,)}, tries=1)
         if code := result.values.get(canopen.ERROR_CODE, 0) & 0xFFFF:
             drive.error = f"{canopen.error_words(code)} (error {code:04X})"
 
@@ -419,7 +269,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         self.outages += 1
         self.underruns += 1
         both = (canopen.STATUSWORD, canopen.POSITION)
-        results = yield from self.transfer(
+        results = yield from self.transfers.transfer(
             dict.fromkeys(self.drives, both), tries=2 * TRIES, over=lambda: self.stop_asked
         )
         mute = [
@@ -448,20 +298,4 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     def shared_words(self) -> str:
         """Which node numbers two drives share; empty if none."""
         remedy = "give each one of its own, by its switches or its maker's program"
-        return shared_words(self.shared, "node number", remedy)
-
-
-def _cannot_be_written(answer: Answer | None) -> bool:
-    """Return whether a drive refused to have an object written because it is a constant."""
-    constant = (canopen.AbortCode.READ_ONLY, canopen.AbortCode.ACCESS)
-    return isinstance(answer, canopen.Aborted) and answer.code in constant
-
-
-def _suits(write: Write, present: Answer | None) -> bool:
-    """Return whether an object that cannot be written has a suitable value already.
-
-    Drives have constants where CiA 301 and 402 allow writing: 1400:02 is 255 in Trinamic's
-    TMCM-1276, 60C2:02 is -3 in Yiyou's EuServo (their EDS files).
-    """
-    equals = (write.value, *write.equals)
-    return isinstance(present, canopen.Uploaded) and value_of(present) in equals
+        return shared_words(self.transfers.shared, "node number", remedy)

@@ -18,10 +18,11 @@ from armdrive.dialects.bus.homing import (
     homing_estimate,
 )
 from armdrive.dialects.cia402.drives import Cia402Drive
-from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.motion import Outcome, lead, prepare
 from armdrive.dialects.cia402.objects import homing_words
 from armdrive.dialects.cia402.states import hold
+from armdrive.dialects.cia402.transfers import Script
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol import canopen

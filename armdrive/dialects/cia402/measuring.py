@@ -20,8 +20,9 @@ from statistics import linear_regression
 from typing import TypeAlias
 
 from armdrive.dialects.cia402.drives import Cia402Drive
-from armdrive.dialects.cia402.exchange import Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.motion import BurstPart, drive_parts, prepare
+from armdrive.dialects.cia402.transfers import Script
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, MeasuredUnits, Reply, RequestRejected
 from firmware_protocol.canopen import OperationMode

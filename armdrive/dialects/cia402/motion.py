@@ -14,9 +14,10 @@ from typing import NamedTuple, TypeAlias
 from armdrive.dialects.bus.drives import midway
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, Trouble
-from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange, Script
+from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange
 from armdrive.dialects.cia402.settings import TOP_HZ
 from armdrive.dialects.cia402.states import ENABLE, hold, stands_for_s, stop
+from armdrive.dialects.cia402.transfers import Script
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
 from armdrive.tasks import Done, Halted, MoveAlong, Reply, RequestRejected, Timeout, never
@@ -345,7 +346,7 @@ def drive_parts(
     """Drive some motors to their goals by profile position, unless `watch` ends that sooner."""
     for result in (yield from io.obtain({drive: part.writes for drive, part in parts.items()})):
         for place, words in result.refused.items():
-            if place != canopen.PROFILE_DECELERATION or place not in result.lacking:
+            if place != canopen.PROFILE_DECELERATION or not result.lacks(place):
                 raise Obstructed(words)
     if io.stop_asked or released():
         return Halted()

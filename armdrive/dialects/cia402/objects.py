@@ -251,6 +251,12 @@ def entry_of(place: Place) -> ObjectEntry | None:
     return STANDARD.find(place) or _MORE.find(place) or _pdo_entry(place)
 
 
+def is_text(place: Place) -> bool:
+    """Return whether an object is text."""
+    entry = entry_of(place)
+    return entry is not None and entry.type is _TEXT
+
+
 def object_words(place: Place) -> str:
     """Return an object's place and name: `6041:00 Statusword`."""
     entry = entry_of(place)

@@ -8,7 +8,8 @@ from types import MappingProxyType
 
 from armdrive.dialects.bus.drives import LAST_TRY_S
 from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive
-from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange, Job, Script
+from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange
+from armdrive.dialects.cia402.transfers import Job, Script
 from armdrive.dialects.exchange import Obstructed
 from firmware_protocol.canopen import (
     CONTROLWORD,
@@ -155,9 +156,9 @@ def stop(io: Cia402Exchange) -> Script[tuple[Cia402Drive, ...]]:
                 jobs = objects.setdefault(drive, cycle((STOP_WRITE, STATUSWORD, POSITION)))
                 late = io.now_s > drive.asked_s + io.settings.answer_s + LAST_TRY_S
                 if drive.answer is not None or late:
-                    io.ask(drive, next(jobs))
+                    io.transfers.ask(drive, next(jobs))
         yield from io.cycle()
-    io.give_up(objects)
+    io.transfers.give_up(objects)
     return tuple(left)
 
 

@@ -1,4 +1,4 @@
-"""Survey a CANopen bus: read objects by SDO, one node at a time.
+"""Survey a CANopen bus: read objects by SDO.
 
 Nothing is written and no node gets an order (NMT). Failed transfers are abandoned without an abort
 frame: that begins with 80, which an MKS drive could take for the order to calibrate. The frames
@@ -9,26 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from statistics import median
 from types import MappingProxyType
 from typing import Any
 
 from armdrive.dialects import DeviceTools
-from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S, SURPLUS_LIMIT
+from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S
 from armdrive.dialects.bus.tools import (
     Answers,
     BusTools,
-    FrameIO,
     SeenNodes,
     Survey,
-    frame_scripts,
 )
 from armdrive.dialects.cia402.contact import WATCH_OBJECTS
+from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive
 from armdrive.dialects.cia402.objects import (
     DRIVES,
     device_words,
-    entry_of,
     mode_words,
     modes_words,
     object_words,
@@ -36,19 +33,20 @@ from armdrive.dialects.cia402.objects import (
     state_words,
 )
 from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.cia402.transfers import ObjectTransfers, ReadObjects, Script, wait
 from armdrive.dialects.cia402.words import OF_MASTER, TALK, CanopenFrameDescriber
-from armdrive.dialects.exchange import TRIES, Script
+from armdrive.dialects.exchange import ScriptIO, ScriptLoop
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.tasks import MeasuredUnits
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.drives import (
-    DriveState,
     OperationMode,
     Statusword,
     mode_of,
     supported_modes,
 )
+from firmware_protocol.canopen.host import Host, HostEvent, SdoAnswered
 from firmware_protocol.canopen.objects import (
     DEVICE_NAME,
     DEVICE_TYPE,
@@ -64,29 +62,24 @@ from firmware_protocol.canopen.objects import (
     SUPPORTED_MODES,
     VENDOR,
     Place,
-    Value,
 )
-from firmware_protocol.canopen.sdo import Aborted, SdoClient, Uploaded
+from firmware_protocol.canopen.sdo import abort_words
 from firmware_protocol.canopen.services import (
     HEARTBEAT_MISSING,
     NODE_MAX,
     Heartbeat,
     NodeState,
     Service,
-    cob_id,
     error_words,
-    is_for,
     service_of,
 )
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.events import UnreadableFrame
-from firmware_protocol.frames import Frame, pack
+from firmware_protocol.frames import Frame
 
-# Timeout of the first question to a node; drives answer within some milliseconds.
-ASK_S = 0.02
-# How long the bus is left alone after an answer: other programs on it go on (a guess).
-PAUSE_S = 0.005
-# How often a node is asked at most: one lost frame must not hide a drive.
+# How many nodes are asked at once for what they are: other programs on the bus go on.
+TOGETHER = 8
+# How often a node is asked for that: one lost frame must not hide a drive.
 ROUNDS = 2
 
 # The objects that are read of each node.
@@ -95,8 +88,6 @@ QUESTIONS = (
     SUPPORTED_MODES, STATUSWORD, MODE_SHOWN, POSITION, ERROR_REGISTER, ERROR_CODE,
     *WATCH_OBJECTS, SPEED_UNIT,
 )  # fmt: skip
-# Objects that hardly ever agree in two drives.
-_TELLTALES = (SERIAL_NUMBER, POSITION, STATUSWORD)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,33 +100,22 @@ class CanopenNode:
     number: int
     state: NodeState | None = None
     answers: bool = True
-    objects: Mapping[Place, Value] = field(default_factory=dict)
+    values: Mapping[Place, int] = field(default_factory=dict)
+    name: str = ""
+    """The maker's name for it; empty if it reports none."""
     refused: Mapping[Place, str] = field(default_factory=dict)
     doubled: bool = False
     missed: int = 0
 
     def number_of(self, place: Place) -> int | None:
         """Return an object's whole number; None if it has none."""
-        value = self.objects.get(place)
-        return value if isinstance(value, int) else None
-
-    @property
-    def name(self) -> str:
-        """The maker's name for it; empty if it reports none."""
-        value = self.objects.get(DEVICE_NAME)
-        return value if isinstance(value, str) else ""
+        return self.values.get(place)
 
     @property
     def profile(self) -> int | None:
         """The number of its device profile, 402 for a drive; None if it reports none."""
         word = self.number_of(DEVICE_TYPE)
         return None if word is None else word & 0xFFFF
-
-
-@dataclass(slots=True)
-class _NodeCounts:
-    missed: int = 0
-    garbled: int = 0
 
 
 def is_command(frame: Frame, master: int | None = None) -> bool:
@@ -159,134 +139,87 @@ def seen_nodes(frames: Iterable[Frame]) -> dict[int, NodeState]:
     return found
 
 
+class SurveyIO(ScriptIO[HostEvent]):
+    """The objects of all nodes of a bus, and the wire to them. It is the codec of its script too.
+
+    Whatever comes together is recorded before the script continues, which a last event wakes.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(lambda _event: None)
+        self.host = Host(range(1, NODE_MAX + 1))
+        self.transfers = ObjectTransfers(self, self.host, ANSWER_S, aborts=False)
+        self.nodes = {node: Cia402Drive(node, "", 0, 0) for node in range(1, NODE_MAX + 1)}
+        self.garbled = 0
+        self._latest: HostEvent | None = None
+
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the bus."""
+        self.host.receive_data(data)
+        while (event := self.host.next_event()) is not None:
+            self._latest = event
+            if isinstance(event, SdoAnswered):
+                self.garbled += isinstance(event.event, UnreadableFrame)
+                self.transfers.note(self.nodes[event.node], event.event)
+        self.out += self.host.owed()
+
+    def next_event(self) -> HostEvent | None:
+        """Return the latest event once."""
+        event, self._latest = self._latest, None
+        return event
+
+
+def survey_scripts() -> ScriptLoop[HostEvent]:
+    """Return a loop for a survey on the wire."""
+    io = SurveyIO()
+    return ScriptLoop(io, io)
+
+
 def ask_nodes(
-    io: FrameIO, ids: Sequence[int], beating: Mapping[int, NodeState] = MappingProxyType({})
-) -> Script[Frame, Survey[CanopenNode]]:
-    """Ask each number for its device type, up to twice; then read the objects of those found.
+    io: SurveyIO, ids: Sequence[int], beating: Mapping[int, NodeState] = MappingProxyType({})
+) -> Script[Survey[CanopenNode]]:
+    """Ask each number for its device type; then read the objects of those found.
 
     `beating` are nodes that have sent heartbeats; they are asked too.
     """
-    counts = _NodeCounts()
-    asked = tuple(sorted({each for each in ids if each <= NODE_MAX} | set(beating)))
+    asked = sorted({each for each in ids if each <= NODE_MAX} | set(beating))
     answering: set[int] = set()
-    for _ in range(ROUNDS):
-        for node in [each for each in asked if each not in answering]:
-            io.write(pack(SdoClient(node).upload(DEVICE_TYPE)))
-            answer = partial(_is_answer, node)
-            answering |= _telling((yield from io.collect(ASK_S, answer, PAUSE_S)), counts)
-    if len(answering) < len(asked):
-        answering |= _telling((yield from io.collect(LAST_REPLY_S)), counts)
-    nodes = []
-    for node in asked:
-        if node in answering:
-            nodes.append((yield from _known(io, node, beating.get(node), counts)))
-        elif node in beating:
-            nodes.append(CanopenNode(node, beating[node], answers=False))
-    return Survey(asked, tuple(nodes), counts.garbled)
+    for first in range(0, len(asked), TOGETHER):
+        kinds = {io.nodes[node]: (DEVICE_TYPE,) for node in asked[first : first + TOGETHER]}
+        found = yield from io.transfers.transfer(kinds, tries=ROUNDS)
+        answering |= {result.drive.node for result in found if not result.mute}
+    results = {}
+    for node in sorted(answering):
+        jobs = {io.nodes[node]: QUESTIONS}
+        (results[node],) = yield from io.transfers.transfer(jobs, lenient=True)
+    yield from wait(io, LAST_REPLY_S)
+    nodes = [
+        _node(io, node, beating.get(node), results.get(node))
+        for node in asked
+        if node in answering or node in beating
+    ]
+    return Survey(tuple(asked), tuple(nodes), io.garbled)
 
 
-def _is_answer(node: int, frames: Sequence[Frame]) -> bool:
-    return is_for(frames[-1], cob_id(Service.SDO_RESPONSE, node))
-
-
-def _telling(frames: Iterable[Frame], counts: _NodeCounts) -> set[int]:
-    """Return the nodes that tell their device type, or that they have none."""
-    found = set()
-    for frame in frames:
-        service, node = service_of(frame.can_id) or (None, 0)
-        if service is not Service.SDO_RESPONSE or not _is_answer(node, (frame,)):
-            continue
-        client = SdoClient(node)
-        client.upload(DEVICE_TYPE)
-        client.receive_frame(frame)
-        event = client.next_event()
-        if isinstance(event, Uploaded | Aborted):
-            found.add(node)
-        counts.garbled += isinstance(event, UnreadableFrame)
-    return found
-
-
-def _known(
-    io: FrameIO, node: int, state: NodeState | None, counts: _NodeCounts
-) -> Script[Frame, CanopenNode]:
-    objects: dict[Place, Value] = {}
-    refused: dict[Place, str] = {}
-    before = counts.missed
-    for place in QUESTIONS:
-        answer = yield from _asked(io, node, place, counts)
-        if isinstance(answer, Aborted):
-            refused[place] = answer.words
-        elif answer is not None and (value := _value(answer)) is not None:
-            objects[place] = value
-        yield from io.pause(io.now_s + PAUSE_S)
-    shared = yield from _is_shared(io, node)
-    return CanopenNode(node, state, True, objects, refused, shared, counts.missed - before)
-
-
-def _asked(
-    io: FrameIO,
-    node: int,
-    place: Place,
-    counts: _NodeCounts,
-) -> Script[Frame, Uploaded | Aborted | None]:
-    """Read an object, with retries; None if no transfer finishes. Late answers are not missed."""
-    response_id = cob_id(Service.SDO_RESPONSE, node)
-    for tried in range(TRIES):
-        client = SdoClient(node)
-        frame: Frame | None = client.upload(place)
-        while frame is not None:
-            io.write(pack(frame))
-            frames = yield from io.collect(ANSWER_S, partial(_is_answer, node))
-            frame = None
-            for each in frames:
-                frame = client.receive_frame(each) or frame
-            while (event := client.next_event()) is not None:
-                if isinstance(event, Uploaded | Aborted):
-                    late = (yield from io.collect(LAST_REPLY_S)) if tried else ()
-                    counts.missed -= min(sum(is_for(each, response_id) for each in late), tried)
-                    return event  # no further frame is sent: see the first lines of this file
-                counts.garbled += isinstance(event, UnreadableFrame)
-        counts.missed += 1
-    return None
-
-
-def _is_shared(io: FrameIO, node: int) -> Script[Frame, bool]:
-    """Find out whether two nodes answer to a number."""
-    response_id = cob_id(Service.SDO_RESPONSE, node)
-    for place in _TELLTALES:
-
-        def answers(frame: Frame, place: Place = place) -> bool:
-            return is_for(frame, response_id) and frame.data[1:4] == place.packed
-
-        surplus = 0
-        for _ in range(TRIES):
-            io.write(pack(SdoClient(node).upload(place)))
-            frames = yield from io.collect(ANSWER_S, lambda frames: answers(frames[-1]), LINGER_S)
-            count = sum(map(answers, frames))
-            if not count:
-                yield from io.pause(io.now_s + LAST_REPLY_S)
-                continue
-            surplus += count - 1
-            if surplus >= SURPLUS_LIMIT:
-                return True
-            if not surplus:
-                break  # one answer: the next object may tell two nodes apart
-    return False
-
-
-def _value(answer: Uploaded) -> Value | None:
-    entry = entry_of(answer.place)
-    if entry is None:
-        return None
-    try:
-        return entry.type.unpack(answer.data, exact=False)
-    except RemoteProtocolError:  # of another type than in the standard
-        return None
+def _node(
+    io: SurveyIO, number: int, state: NodeState | None, found: ReadObjects | None
+) -> CanopenNode:
+    if found is None:
+        return CanopenNode(number, state, answers=False)
+    drive = io.nodes[number]
+    return CanopenNode(
+        number,
+        state,
+        True,
+        found.values,
+        found.texts.get(DEVICE_NAME, ""),
+        {place: abort_words(code) for place, code in found.codes.items()},
+        number in io.transfers.shared,
+        max(drive.repeats - drive.strays, 0),  # a late answer is not missed
+    )
 
 
 # The result of a survey, as findings: the nodes that answer, their states, their faults.
-
-_BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 
 def of_answers(found: Survey[CanopenNode], health: BusHealth, arm: str = "NAME") -> list[Finding]:
@@ -373,8 +306,8 @@ def _mute(name: str, node: CanopenNode) -> Finding:
 
 def _self_words(node: CanopenNode) -> list[str]:
     words = [_type_words(node)]
-    if name := node.name:
-        words.append(f"called {name}")
+    if node.name:
+        words.append(f"called {node.name}")
     identity = [("vendor", VENDOR), ("product", PRODUCT), ("revision", REVISION)]
     for word, place in identity:
         if (number := node.number_of(place)) is not None:
@@ -414,7 +347,7 @@ def _no_drive(name: str, node: CanopenNode) -> Finding:
 def _fault(name: str, node: CanopenNode, arm: str) -> Finding | None:
     word, register = node.number_of(STATUSWORD), node.number_of(ERROR_REGISTER) or 0
     code = node.number_of(ERROR_CODE) or 0
-    broken = word is not None and Statusword(word).state in _BROKEN
+    broken = word is not None and Statusword(word).state in FAULTS
     if not broken and not register:
         return None
     why = f"error {code:04X}, {error_words(code)}" if code else "an error without a code"
@@ -456,7 +389,7 @@ def _modes(name: str, node: CanopenNode) -> list[Finding]:
     return []
 
 
-def survey_nodes(io: FrameIO, ids: Sequence[int], heard: SeenNodes) -> Script[Frame, Answers]:
+def survey_nodes(io: SurveyIO, ids: Sequence[int], heard: SeenNodes) -> Script[Answers]:
     """Survey the numbers; return the nodes in words and as plain data."""
     found = yield from ask_nodes(io, ids, heard)
     return Answers(
@@ -498,7 +431,7 @@ BUS = BusTools(
     name="canopen",
     dialect="cia402",
     most=NODE_MAX,
-    scripts=lambda _ids: frame_scripts(),
+    scripts=lambda _ids: survey_scripts(),
     ask=survey_nodes,
     reads_command=is_command,
     heard=seen_nodes,

@@ -24,6 +24,7 @@ from armdrive.dialects.cia402.survey import (
     ask_nodes,
     is_command,
     seen_nodes,
+    survey_scripts,
 )
 from armdrive.dialects.mks import survey as mks
 from armdrive.dialog import Grade, any_problem
@@ -89,9 +90,9 @@ def drive(number, **values):
 
 
 def survey(bus, ids=range(1, 7), heard=None, clock=None):
-    frames = frame_scripts()
-    ask = partial(ask_nodes, frames.io, tuple(ids), heard or {})
-    return carry_out(frames, ask, bus, clock or DialogClock())
+    scripts = survey_scripts()
+    ask = partial(ask_nodes, scripts.io, tuple(ids), heard or {})
+    return carry_out(scripts, ask, bus, clock or DialogClock())
 
 
 def words(findings):
@@ -189,7 +190,8 @@ def test_two_devices_of_one_number_are_told_and_one_repeated_frame_is_not():
     def once(frame):  # an answer that comes twice, one time
         if frame.data[1:4] == SERIAL_NUMBER.packed and len(repeated) < 1:
             repeated.append(frame)
-            bus._coming.append((0.0, pack(Frame(0x583, b"\x43" + SERIAL_NUMBER.packed + bytes(4)))))
+            again = b"\x43" + SERIAL_NUMBER.packed + (103).to_bytes(4, "little")
+            bus._coming.append((0.0, pack(Frame(0x583, again))))
         return False
 
     bus = NodesBus(drive(3), lose=once)
@@ -201,7 +203,7 @@ def test_answers_that_get_lost_are_asked_for_again_and_counted():
     bus = NodesBus(drive(1), lose=lambda _: next(count) % 4 == 3)
     (node,) = survey(bus, (1,)).nodes
     assert node.missed
-    assert len(node.objects) == len(QUESTIONS)
+    assert len(node.values) + 1 == len(QUESTIONS)  # and its name
     lost = words(canopen.of_answers(survey(bus, (1,)), BusHealth(error_frames=2)))
     assert "came only after a second question" in lost
     assert "2 error frames were seen" in lost
