@@ -81,6 +81,8 @@ def by_hand(stage: Stage, draw: random.Random) -> str:
     """Turn a motor by hand, or press the pendant's STOP."""
     stage.look()
     if isinstance(stage.twin.board, HasPendant) and draw.random() < 0.5:
+        if stage.twin.device.moving:
+            stage.add_stop_bound("the pendant's STOP")
         stage.twin.board.press_named("STOP")
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)

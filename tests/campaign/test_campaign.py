@@ -15,6 +15,7 @@ from armdrive.connect.runner import TaskRunner
 from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.mks import contact
 from armdrive.dialects.mks.homing import MksHoming
+from armdrive.dialects.teachmover import controller as teachmover
 from armdrive.errors import OutOfBounds
 from armdrive.motion import deviation
 from armdrive.motion import execute as motion
@@ -30,7 +31,7 @@ from armdrive.runtime.states import Belief
 from armdrive.runtime.stop_bounds import StopForecast
 from armdrive.sim.grbl.firmware import FIRMWARES
 from armdrive.status import Evidence
-from armdrive.tasks import SleepUntil
+from armdrive.tasks import Done, SleepUntil
 from kinematics.paths.timing import MotionLimits
 from tests.scenarios.actions import ACTIONS
 from tests.scenarios.happenings import HAPPENINGS
@@ -205,6 +206,8 @@ FAULTY = (
     Faulty("refuses the last motion", ((planning, "audit", refuse),),
            "nothing forbids was refused"),
     Faulty("ignores a stop", ((TaskRunner, "request_stop", nothing),), "stop", "grbl"),
+    Faulty("counts the pendant's STOP as done", ((teachmover, "Interrupted", Done),),
+           "the pendant's STOP", fault="turned by hand", first=9),
     Faulty("ignores a pause", ((SpeedOverride, "pause", nothing),), "pause", "grbl",
            action="pause"),
     Faulty("doubles its speeds",
