@@ -12,18 +12,14 @@ from firmware_protocol.mks.requests import (
     ACTIONS,
     MOTION_CODES,
     MOVES,
-    READ_CODES,
     READS,
     SETTING_CODES,
     SETTINGS,
     Calibrate,
-    GoToZero,
     Home,
     ReadSetting,
-    ReportByItself,
     Request,
     RunAtSpeed,
-    RunFor,
     Setting,
     Stop,
 )
@@ -39,7 +35,6 @@ from firmware_protocol.mks.values import (
     one_of,
     signed,
     sized,
-    unsigned,
 )
 
 _Int48: TypeAlias = Annotated[int, signed(6)]
@@ -63,31 +58,10 @@ class RawEncoderRead(Message, code=Code.RAW_ENCODER):
 
 
 @message()
-class SpeedRead(Message, code=Code.SPEED):
-    """The shaft's speed; positive is counter-clockwise."""
-
-    speed_rpm: Annotated[int, signed(2)]
-
-
-@message()
-class PulsesRead(Message, code=Code.PULSES):
-    """The commanded pulses."""
-
-    pulses: _Int32
-
-
-@message()
 class AngleErrorRead(Message, code=Code.ANGLE_ERROR):
     """The shaft's following error; 51200 is one turn."""
 
     error: _Int32
-
-
-@message()
-class InputsRead(Message, code=Code.INPUTS):
-    """Levels: bit 0 IN_1, 1 IN_2, 2 OUT_1, 3 OUT_2. Sources disagree on the first two."""
-
-    levels: Annotated[int, unsigned(1)]
 
 
 @message()
@@ -191,10 +165,7 @@ class VersionRead(Message, code=Code.VERSION):
 Reading: TypeAlias = (
     EncoderRead
     | RawEncoderRead
-    | SpeedRead
-    | PulsesRead
     | AngleErrorRead
-    | InputsRead
     | EnabledRead
     | StallRead
     | StateRead
@@ -246,7 +217,7 @@ _TABLES: dict[Code, dict[int, Outcome]] = {
     **dict.fromkeys(SETTING_CODES, _PLAIN),
     **dict.fromkeys(MOTION_CODES, _MOTION),
     **dict.fromkeys((Code.ENABLE, Code.EMERGENCY_STOP, Code.ARM, Code.ZERO), _PLAIN),
-    **dict.fromkeys((Code.CLEAR_STALL, Code.RESTART, Code.REPORT), _PLAIN),
+    Code.CLEAR_STALL: _PLAIN,
     # 2 is for a current that is not stored; the simulated device sends 1 for that too
     Code.CURRENT: {0: Outcome.FAILED, 1: Outcome.DONE, 2: Outcome.DONE},
     Code.HOME: {0: Outcome.FAILED, 1: Outcome.STARTED, 2: Outcome.DONE},
@@ -256,11 +227,10 @@ _TABLES: dict[Code, dict[int, Outcome]] = {
 
 @message()
 class Status:
-    """The outcome of a request; `reading` is the code of an automatic report being set up."""
+    """The outcome of a request."""
 
     code: Code
     outcome: Outcome
-    reading: Code | None = None
 
     def __post_init__(self) -> None:
         one_of("code", self.code, Code)
@@ -268,26 +238,21 @@ class Status:
         if self.outcome not in outcomes:
             words = ", ".join(sorted({outcome.name for outcome in outcomes})) or "none"
             raise BadField("outcome", self.outcome, f"for {self.code.name} one of: {words}")
-        if (self.code is Code.REPORT) != (self.reading in READ_CODES):
-            raise BadField("reading", self.reading, "a reading's Code, for Code.REPORT alone")
 
     @property
     def payload(self) -> bytes:
-        """The code of the reading, if any, and the number."""
+        """The number."""
         table = _TABLES[self.code]
-        number = next(key for key, outcome in table.items() if outcome is self.outcome)
-        about = b"" if self.reading is None else bytes((self.reading,))
-        return about + bytes((number,))
+        return bytes((next(key for key, each in table.items() if each is self.outcome),))
 
     @classmethod
     def of(cls, code: Code, payload: bytes) -> Status:
-        """Decode a payload. Raises `RemoteProtocolError`, or ValueError for an unknown reading."""
-        reading = Code(sized(payload, 2)[0]) if code is Code.REPORT else None
-        (number,) = sized(payload if reading is None else payload[1:], 1)
+        """Decode a payload. Raises `RemoteProtocolError`."""
+        (number,) = sized(payload, 1)
         outcome = _TABLES.get(code, {}).get(number)
         if outcome is None:
             raise RemoteProtocolError(f"{number} says nothing of {code.name}")
-        return cls(code, outcome, reading)
+        return cls(code, outcome)
 
 
 Answer: TypeAlias = Reading | SettingRead | Status
@@ -368,7 +333,7 @@ _ZERO_SPEEDS = (b"\0\0", b"\x80\0")  # where bit 7 is the direction
 def _run(payload: bytes) -> Request:
     if payload[:2] in _ZERO_SPEEDS and len(payload) == 3:
         return Stop(Code.SPEED_MODE, payload[2])
-    return RunAtSpeed.read(payload) if len(payload) == 3 else RunFor.read(payload)
+    return RunAtSpeed.read(payload)
 
 
 def _move(code: Code, move: Callable[[bytes], Request]) -> Callable[[bytes], Request]:
@@ -381,17 +346,13 @@ def _move(code: Code, move: Callable[[bytes], Request]) -> Callable[[bytes], Req
     return read
 
 
-def _home(payload: bytes) -> Request:
-    return GoToZero() if payload == b"\1" else Home.read(b"" if payload == b"\0" else payload)
-
-
 _SETTINGS: dict[Code, Callable[[bytes], Setting]] = {each.code: each.read for each in SETTINGS}
 _READINGS: dict[Code, Callable[[bytes], Reading]] = {each.code: each.read for each in READINGS}
 _REQUESTS: dict[Code, Callable[[bytes], Request]] = {
     **_SETTINGS,
-    **{each.code: each.read for each in (*READS, ReadSetting, ReportByItself)},
+    **{each.code: each.read for each in (*READS, ReadSetting)},
     **{each.code: each.read for each in (*ACTIONS, Calibrate)},
     **{each.code: _move(each.code, each.read) for each in MOVES},
     Code.SPEED_MODE: _run,
-    Code.HOME: _home,
+    Code.HOME: lambda payload: Home.read(b"" if payload == b"\0" else payload),
 }

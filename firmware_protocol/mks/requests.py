@@ -45,21 +45,6 @@ class ReadRawEncoder(Message, code=Code.RAW_ENCODER, needs=Ability.RAW_ENCODER):
 
 
 @message()
-class ReadSpeed(Message, code=Code.SPEED):
-    """Ask for the shaft's speed."""
-
-
-@message()
-class ReadPulses(Message, code=Code.PULSES):
-    """Ask for the commanded pulses."""
-
-
-@message()
-class ReadInputs(Message, code=Code.INPUTS, needs=Ability.INPUTS):
-    """Ask for the levels of the switch inputs and of the outputs."""
-
-
-@message()
 class ReadAngleError(Message, code=Code.ANGLE_ERROR):
     """Ask for the shaft's following error."""
 
@@ -92,9 +77,6 @@ class ReadState(Message, code=Code.STATE):
 Read: TypeAlias = (
     ReadEncoder
     | ReadRawEncoder
-    | ReadSpeed
-    | ReadPulses
-    | ReadInputs
     | ReadAngleError
     | ReadEnabled
     | ReadHoming
@@ -128,15 +110,6 @@ _Replies: TypeAlias = Annotated[
         lambda field, value: one_of(field, value, ReplyMode),
         lambda value: value.value,
         _read_replies,
-    ),
-]
-_Tens: TypeAlias = Annotated[
-    int,
-    Form(  # tens, from 0
-        1,
-        unsigned(1, 10, 90, unit=10).check,
-        lambda value: bytes((value // 10 - 1,)),
-        lambda data: 10 * (data[0] + 1),
     ),
 ]
 _Microsteps: TypeAlias = Annotated[
@@ -179,13 +152,6 @@ class SetCurrent(Message, code=Code.CURRENT):
 
 
 @message()
-class SetHoldingCurrent(Message, code=Code.HOLDING_CURRENT, needs=Ability.HOLDING_CURRENT):
-    """Set the holding current in percent of the motor current, 10 to 90 by tens; not in FOC."""
-
-    percent: _Tens
-
-
-@message()
 class SetMicrosteps(Message, code=Code.MICROSTEPS):
     """Set the pulses per full step. 256 is sent as 0, which the CAN manuals do not mention."""
 
@@ -193,32 +159,10 @@ class SetMicrosteps(Message, code=Code.MICROSTEPS):
 
 
 @message()
-class SetDirection(Message, code=Code.DIRECTION):
-    """Set the direction for pulses. Motions over the bus are not affected."""
-
-    counter_clockwise: Switch
-
-
-@message()
 class SetStallProtection(Message, code=Code.STALL_PROTECTION):
     """Make the drive release the shaft when it stalls, or not (the factory setting)."""
 
     on: Switch
-
-
-@message()
-class SetPositionProtection(
-    Message, code=Code.POSITION_PROTECTION, needs=Ability.POSITION_PROTECTION
-):
-    """Make the drive release the shaft when it is too far from its target.
-
-    `window` is in units of about 15 ms; an `error` of 28000 is one turn. The same byte contains a
-    flag for zeroing by the En pin, which stays off.
-    """
-
-    on: Switch
-    window: _Word
-    error: _Word
 
 
 @message()
@@ -269,16 +213,6 @@ class SetId(Message, code=Code.NODE):
 
 
 @message()
-class SetGroup(Message, code=Code.GROUP, needs=Ability.GROUPS):
-    """Make the drive listen to a group's id too; requests to a group have no answers.
-
-    Never use the id of a drive: its answers would be taken for commands.
-    """
-
-    node: _Node
-
-
-@message()
 class SetReplies(Message, code=Code.REPLIES, needs=Ability.CHOICE_OF_COMPLETION):
     """Set which replies the drive sends to commands. In this format since 1.0.4."""
 
@@ -288,17 +222,13 @@ class SetReplies(Message, code=Code.REPLIES, needs=Ability.CHOICE_OF_COMPLETION)
 Setting: TypeAlias = (
     SetMode
     | SetCurrent
-    | SetHoldingCurrent
     | SetMicrosteps
-    | SetDirection
     | SetStallProtection
-    | SetPositionProtection
     | SetHoming
     | SetArrival
     | SilenceWatchdog
     | SetBitrate
     | SetId
-    | SetGroup
     | SetReplies
 )
 SETTINGS: tuple[type[Setting], ...] = get_args(Setting)
@@ -326,19 +256,9 @@ class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
     setting: Annotated[Code, _code_of(SETTING_CODES, "a setting")]
 
 
-@message()
-class ReportByItself(Message, code=Code.REPORT, needs=Ability.REPORTS_BY_ITSELF):
-    """Make the drive report a reading automatically every `period_ms`; 0 ends the reports."""
-
-    reading: Annotated[Code, _code_of(READ_CODES, "a reading")]
-    period_ms: _Word
-
-
 # -- moves ---------------------------------------------------------------------------------------
 
 ACC_MAX = 255
-TICK_MS = 10
-RUN_MAX_MS = 0xFF_FFFF * TICK_MS
 TARGET_BYTES = 3
 _CLOCKWISE = 0x8000
 _SPEED = 0x0FFF
@@ -435,15 +355,6 @@ class RunAtSpeed(Message, code=Code.SPEED_MODE):
     acc: _Acc
 
 
-@message()
-class RunFor(Message, code=Code.SPEED_MODE, needs=Ability.TIMED_RUN):
-    """Run at a signed speed for a time, in steps of 10 ms; the drive ends it."""
-
-    speed_rpm: _SignedSpeed
-    acc: _Acc
-    duration_ms: Annotated[int, unsigned(3, TICK_MS, RUN_MAX_MS, unit=TICK_MS)]
-
-
 Move: TypeAlias = MoveRelativeAxis | MoveAbsoluteAxis | MoveRelativePulses | MoveAbsolutePulses
 MOVES: tuple[type[Move], ...] = get_args(Move)
 MOTION_CODES = frozenset((*(move.code for move in MOVES), Code.SPEED_MODE))
@@ -500,16 +411,6 @@ class Home(Message, code=Code.HOME):
 
 
 @message()
-class GoToZero(Message, code=Code.HOME, needs=Ability.GO_TO_ZERO):
-    """Move to the zero that a `Home` has found."""
-
-    @property
-    def payload(self) -> bytes:
-        """The byte that distinguishes it from a `Home`."""
-        return b"\1"
-
-
-@message()
 class Calibrate(Message, code=Code.CALIBRATE):
     """Calibrate the encoder. The motor turns and must not have a load on its shaft."""
 
@@ -536,20 +437,13 @@ class ClearStall(Message, code=Code.CLEAR_STALL):
     """Switch the current on again after a protection has released the shaft."""
 
 
-@message()
-class Restart(Message, code=Code.RESTART, needs=Ability.RESTART):
-    """Restart the drive; settings are kept."""
-
-
 # Requests that the drive first answers with `STARTED`, and later with their outcome.
-Motion: TypeAlias = Move | RunAtSpeed | RunFor | Stop | Home | GoToZero | Calibrate
+Motion: TypeAlias = Move | RunAtSpeed | Stop | Home | Calibrate
 # The codes of these requests.
 COURSE_CODES = MOTION_CODES | {Code.HOME, Code.CALIBRATE}
-Action: TypeAlias = (
-    EmergencyStop | Enable | ArmSynchronous | GoSynchronous | SetZero | ClearStall | Restart
-)
+Action: TypeAlias = EmergencyStop | Enable | ArmSynchronous | GoSynchronous | SetZero | ClearStall
 ACTIONS: tuple[type[Action], ...] = get_args(Action)
-Request: TypeAlias = Read | ReadSetting | ReportByItself | Motion | Action | Setting
+Request: TypeAlias = Read | ReadSetting | Motion | Action | Setting
 
 
 def needed_for(request: Request) -> Ability | None:

@@ -36,11 +36,7 @@ class Code(IntEnum):
     """The first byte of a frame's data; the answer repeats it."""
 
     READ_SETTING = 0x00
-    REPORT = 0x01
     ENCODER = 0x31
-    SPEED = 0x32
-    PULSES = 0x33
-    INPUTS = 0x34
     RAW_ENCODER = 0x35
     ANGLE_ERROR = 0x39
     ENABLED = 0x3A
@@ -48,26 +44,21 @@ class Code(IntEnum):
     CLEAR_STALL = 0x3D
     STALL = 0x3E
     VERSION = 0x40
-    RESTART = 0x41
     ARM = 0x4A
     GO = 0x4B
     CALIBRATE = 0x80
     MODE = 0x82
     CURRENT = 0x83
     MICROSTEPS = 0x84
-    DIRECTION = 0x86
     STALL_PROTECTION = 0x88
     BITRATE = 0x8A
     NODE = 0x8B
     REPLIES = 0x8C
-    GROUP = 0x8D
     HOMING = 0x90
     HOME = 0x91
     ZERO = 0x92
     ARRIVAL = 0x95
     WATCHDOG = 0x98
-    HOLDING_CURRENT = 0x9B
-    POSITION_PROTECTION = 0x9D
     STATE = 0xF1
     ENABLE = 0xF3
     RELATIVE_AXIS = 0xF4
@@ -232,28 +223,19 @@ class Ability(Enum):
         return one
 
     ZERO = "set the zero", (1, 0, 1)
-    GROUPS = "groups of drives", (1, 0, 1)
-    SILENT_BROADCAST = "no answers to what is sent to several drives", (1, 0, 2)
-    INPUTS = "read the inputs", (1, 0, 3)
     ABSOLUTE_PULSES = "move to a position in pulses", (1, 0, 4)
     EMERGENCY_STOP = "emergency stop", (1, 0, 4)
-    HOLDING_CURRENT = "set the holding current", (1, 0, 4)
     CHOICE_OF_COMPLETION = "two bytes in 8C: no replies at the end of a motion", (1, 0, 4)
     RETARGET = "an F5 replaces the one that is under way", (1, 0, 5)
-    RESTART = "restart", (1, 0, 5)
     READ_SETTINGS = "read settings", (1, 0, 6)
     RAW_ENCODER = "read the raw encoder", (1, 0, 6)
-    POSITION_PROTECTION = "position protection", (1, 0, 6)
     UNKEPT_CURRENT = "set a current without storing it", (1, 0, 7)
-    TIMED_RUN = "run for a time", (1, 0, 7)
     HOMING_BY_COMMAND_READ = "read the state of a commanded homing", (1, 0, 7)
     SYNCHRONOUS_START = "synchronous start", (1, 0, 8)
     ARRIVAL_THRESHOLD = "set the arrival threshold", (1, 0, 8)
     # in the manual 1.0.9, not in that of 1.0.6, and in no version note
     VERSION = "read the version", (1, 0, 8)
-    REPORTS_BY_ITSELF = "automatic reports", (1, 0, 9)
     SILENCE_WATCHDOG = "silence watchdog", (1, 0, 9)
-    GO_TO_ZERO = "go to the zero", (1, 0, 9)
 
 
 # The newest firmware that this table knows of.

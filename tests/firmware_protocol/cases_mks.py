@@ -24,34 +24,24 @@ MOVES = st.one_of(
 MOTIONS = st.one_of(
     MOVES,
     st.builds(mks.RunAtSpeed, SIGNED_SPEED, ACC),
-    st.builds(
-        mks.RunFor, SIGNED_SPEED, ACC, st.integers(1, 0xFFFFFF).map(lambda ticks: ticks * 10)
-    ),
     st.builds(mks.Stop, st.sampled_from(sorted(mks.MOTION_CODES)), ACC),
-    st.sampled_from([mks.Home(), mks.GoToZero(), mks.Calibrate()]),
+    st.sampled_from([mks.Home(), mks.Calibrate()]),
 )
 SETTINGS = st.one_of(
     st.builds(mks.SetMode, st.sampled_from(mks.Mode)),
     st.builds(mks.SetCurrent, st.integers(1, 5200), BOOLS),
-    st.builds(mks.SetHoldingCurrent, st.sampled_from(range(10, 100, 10))),
     st.builds(mks.SetMicrosteps, st.integers(1, 256)),
-    st.builds(mks.SetDirection, BOOLS),
     st.builds(mks.SetStallProtection, BOOLS),
-    st.builds(mks.SetPositionProtection, BOOLS, WORD, WORD),
     st.builds(mks.SetHoming, BOOLS, BOOLS, st.integers(0, 3000), BOOLS, st.integers(0, 2)),
     st.builds(mks.SetArrival, BOOLS, WORD),
     st.builds(mks.SilenceWatchdog, st.integers(0, 0xFFFFFFFF)),
     st.builds(mks.SetBitrate, st.sampled_from(mks.Bitrate)),
     st.builds(mks.SetId, NODES),
-    st.builds(mks.SetGroup, NODES),
     st.builds(mks.SetReplies, st.sampled_from(mks.ReplyMode)),
 )
 PLAIN_READS = {
     mks.ReadEncoder: st.builds(mks.EncoderRead, INT48),
     mks.ReadRawEncoder: st.builds(mks.RawEncoderRead, INT48),
-    mks.ReadSpeed: st.builds(mks.SpeedRead, st.integers(-32768, 32767)),
-    mks.ReadPulses: st.builds(mks.PulsesRead, INT32),
-    mks.ReadInputs: st.builds(mks.InputsRead, st.integers(0, 255)),
     mks.ReadAngleError: st.builds(mks.AngleErrorRead, INT32),
     mks.ReadEnabled: st.builds(mks.EnabledRead, BOOLS),
     mks.ReadHoming: st.builds(
@@ -67,15 +57,12 @@ PLAIN_READS = {
 }
 READS = st.sampled_from([kind() for kind in PLAIN_READS])
 READ_SETTINGS = st.builds(mks.ReadSetting, st.sampled_from(sorted(mks.SETTING_CODES)))
-REPORTS = st.builds(mks.ReportByItself, st.sampled_from(sorted(mks.READ_CODES)), WORD)
 ACTIONS = st.one_of(
     st.builds(mks.Enable, BOOLS),
     st.builds(mks.ArmSynchronous, BOOLS),
-    st.sampled_from([mks.EmergencyStop(), mks.SetZero(), mks.ClearStall(), mks.Restart()]),
+    st.sampled_from([mks.EmergencyStop(), mks.SetZero(), mks.ClearStall()]),
 )
-REQUESTS = st.one_of(
-    MOTIONS, SETTINGS, READS, READ_SETTINGS, REPORTS, ACTIONS, st.just(mks.GoSynchronous())
-)
+REQUESTS = st.one_of(MOTIONS, SETTINGS, READS, READ_SETTINGS, ACTIONS, st.just(mks.GoSynchronous()))
 READINGS = st.one_of(*PLAIN_READS.values())
 
 
@@ -102,7 +89,6 @@ STATUSES = st.one_of(
         [
             mks.Status(mks.Code.ENABLE, mks.Outcome.FAILED),
             mks.Status(mks.Code.MODE, mks.Outcome.DONE),
-            mks.Status(mks.Code.REPORT, mks.Outcome.DONE, mks.Code.ENCODER),
         ]
     ),
 )

@@ -39,7 +39,7 @@ from kinematics.text import counted
 
 _LINE = re.compile(r"\s*([0-9]{1,4})\s*:\s*((?:[0-9A-Fa-f]{2}\s*){2,7})")
 # Settings that would change the drive's address: commissioning has a command for them.
-_NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
+_NOT_BY_LINE = (Code.NODE, Code.BITRATE)
 
 
 @dataclass(frozen=True, slots=True)

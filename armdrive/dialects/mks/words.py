@@ -37,7 +37,6 @@ from firmware_protocol.mks import (
     ReadSetting,
     Request,
     RunAtSpeed,
-    RunFor,
     SettingRead,
     SetZero,
     StateRead,
@@ -63,14 +62,9 @@ def _setting(message: SettingRead) -> str:
     return f"setting {plain(message.code)}: {value}"
 
 
-def _status(message: Status) -> str:
-    about = "" if message.reading is None else f" of {plain(message.reading)}"
-    return f"{plain(message.code)}{about}: {message.outcome.value}"
-
-
 SENTENCES: Sentences = MappingProxyType(
     {
-        Status: _status,
+        Status: lambda message: f"{plain(message.code)}: {message.outcome.value}",
         ReadSetting: lambda message: f"read setting {plain(message.setting)}",
         SettingRead: _setting,
         EncoderRead: lambda message: f"the encoder is at {message.counts}",
@@ -88,7 +82,6 @@ SENTENCES: Sentences = MappingProxyType(
         MoveAbsolutePulses: lambda message: f"go to pulse {message.pulses} {_pace(message)}",
         MoveRelativePulses: lambda message: f"go in pulses by {message.pulses:+d} {_pace(message)}",
         RunAtSpeed: lambda message: f"turn without end {_pace(message)}",
-        RunFor: lambda message: f"turn for {message.duration_ms} ms {_pace(message)}",
     }
 )
 
@@ -191,7 +184,7 @@ def _why_not(frame: Frame, check: FrameCheck) -> str:
 
 _OF_ITSELF = frozenset({*SETTING_CODES, Code.VERSION})
 # Encoders tremble, and ends of motions may go unreported: only rest positions have to agree.
-_PASSING = frozenset({*MOTION_CODES, Code.ENCODER, Code.RAW_ENCODER, Code.SPEED, Code.ANGLE_ERROR})
+_PASSING = frozenset({*MOTION_CODES, Code.ENCODER, Code.RAW_ENCODER, Code.ANGLE_ERROR})
 
 
 def as_message(frame: Frame) -> Message:

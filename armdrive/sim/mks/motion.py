@@ -22,16 +22,12 @@ from firmware_protocol.mks import COUNTS_PER_TURN, COUNTS_S_PER_RPM, Code, Outco
 
 S = TypeVar("S", bound=mks.Setting)
 
-# The settings of a new drive, which belongs to no group. Where the manual gives no number, it is a
-# common one.
+# The settings of a new drive. Where the manual gives no number, it is a common one.
 FACTORY: tuple[mks.Setting, ...] = (
     mks.SetMode(mks.Mode.PULSE_FOC),
     mks.SetCurrent(1600),
-    mks.SetHoldingCurrent(50),
     mks.SetMicrosteps(16),
-    mks.SetDirection(False),
     mks.SetStallProtection(False),
-    mks.SetPositionProtection(False, 66, 14_000),
     mks.SetHoming(active_high=False, counter_clockwise=False, speed_rpm=60, limits=False, method=0),
     mks.SetArrival(True),
     mks.SilenceWatchdog(0),
@@ -50,12 +46,12 @@ class Flash:
         self._settings = {each.code: each for each in (*FACTORY, *changed)}
 
     def of(self, kind: type[S]) -> S:
-        """Return a setting by its type; not for the group's id, which may be missing."""
+        """Return a setting by its type."""
         return cast(S, self._settings[kind.code])
 
-    def get(self, code: Code) -> mks.Setting | None:
-        """Return a setting by its code; None for the group's id of a drive without a group."""
-        return self._settings.get(code)
+    def get(self, code: Code) -> mks.Setting:
+        """Return a setting by its code."""
+        return self._settings[code]
 
     def put(self, setting: mks.Setting) -> None:
         """Store a setting."""
@@ -94,7 +90,6 @@ class Flash:
     def recall(self, saved: Mapping[str, str]) -> None:
         """Restore what `to_json` returned. Raises `StateFileError`."""
         codes = [each.code for each in FACTORY]
-        codes += [Code.GROUP] if _name(Code.GROUP) in saved else []
         require_names("settings of a drive", saved, map(_name, codes))
         self._settings = {code: _read(code, saved[_name(code)]) for code in codes}
 

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, get_args
 
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.node import NodeMotor, NodePort
-from armdrive.sim.mks.motion import AGAINST_A_STOP, STALL_COUNTS, Flash, MksNodeMotion
+from armdrive.sim.mks.motion import AGAINST_A_STOP, Flash, MksNodeMotion
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.world.saved import Json
 from firmware_protocol import mks
@@ -75,8 +75,7 @@ class MksNode:
 
     def listens(self, can_id: int) -> bool:
         """Return whether it takes frames with an id from the bus."""
-        ids = (mks.BROADCAST, self.device.node, self.device.group)
-        return self.port.plugged and can_id in ids
+        return self.port.plugged and can_id in (mks.BROADCAST, self.device.node)
 
     def receive(self, frame: Frame, now_s: float) -> None:
         """Carry out a frame's request, if it is awake and uses the bit rate of the bus."""
@@ -84,12 +83,11 @@ class MksNode:
         if deaf or self.flash.of(mks.SetBitrate).bitrate.bits_s != self._bits_s:
             return
         self.motion.feed_watchdog(now_s)
-        self.device.receive_frame(frame)
-        while (event := self.device.next_event()) is not None:
-            if isinstance(event, Asked):
-                if event.request.code is not Code.ABSOLUTE_AXIS:  # streamed targets need no reading
-                    self.motor.look(now_s)
-                self._obey(event, now_s)
+        asked = self.device.hear(frame)
+        if asked is not None:
+            if asked.request.code is not Code.ABSOLUTE_AXIS:  # streamed targets need no reading
+                self.motor.look(now_s)
+            self._obey(asked, now_s)
 
     def due_s(self) -> float:
         """Return when it next acts by itself, apart from controlling its shaft."""
@@ -226,11 +224,9 @@ class MksNode:
 
     def remake(self) -> None:
         """Create its codec, by its settings."""
-        group = self.flash.get(Code.GROUP)
         self.device = mks.Device(
             self.flash.of(mks.SetId).node,
             self.firmware,
-            group=group.node if isinstance(group, mks.SetGroup) else None,
             replies=self.flash.of(mks.SetReplies).mode,
             new_id_answers=self.quirks.new_id_answers,
         )
@@ -334,9 +330,9 @@ def _set(node: MksNode, asked: Any, now_s: float) -> None:
 
 
 def _tell_setting(node: MksNode, asked: Any, _: float) -> None:
-    setting = node.flash.get(asked.request.setting)
-    value = None if setting is None else setting.payload
-    node.port.say(node.device.answer(asked, mks.SettingRead(asked.request.setting, value)))
+    code = asked.request.setting
+    reading = mks.SettingRead(code, node.flash.get(code).payload)
+    node.port.say(node.device.answer(asked, reading))
 
 
 def _tell(node: MksNode, asked: Asked, now_s: float) -> None:
@@ -348,8 +344,7 @@ _SEARCH = Command(
     lambda node, asked, now_s: node.motion.begin(asked, now_s), Outcome.STARTED, _searches
 )
 # fmt: off
-# Without a row are requests that armdrive never sends, such as a synchronous start (4B), automatic
-# reports (01), timed runs and a restart (41): they are ignored, as by firmware that lacks them.
+# Requests without a row, such as a synchronous start (4B), are ignored.
 COMMANDS: Mapping[type, Command] = MappingProxyType({
     mks.MoveAbsoluteAxis: _MOVE, mks.MoveRelativeAxis: _MOVE, mks.MoveAbsolutePulses: _MOVE,
     mks.MoveRelativePulses: _MOVE, mks.RunAtSpeed: _MOVE,
@@ -371,23 +366,9 @@ COMMANDS: Mapping[type, Command] = MappingProxyType({
 # --- Readings ------------------------------------------------------------------------------------
 
 
-def _error(node: MksNode, now_s: float) -> int:
-    return node.motor.point.at(now_s) - node.motor.shaft
-
-
-def _speed(node: MksNode, now_s: float) -> mks.SpeedRead:
-    stands = abs(_error(node, now_s)) >= STALL_COUNTS
-    return mks.SpeedRead(0 if stands else round(node.motor.point.rate(now_s) / COUNTS_S_PER_RPM))
-
-
-def _pulses(node: MksNode, now_s: float) -> mks.PulsesRead:
-    way = node.motor.point.at(now_s) - node.motor.zero
-    return mks.PulsesRead(round(way / node.flash.counts_per_pulse))
-
-
 def _angle_error(node: MksNode, now_s: float) -> mks.AngleErrorRead:
-    error = _error(node, now_s) * mks.ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN
-    return mks.AngleErrorRead(round(error))
+    error = node.motor.point.at(now_s) - node.motor.shaft
+    return mks.AngleErrorRead(round(error * mks.ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN))
 
 
 def _homing(node: MksNode, _: float) -> mks.HomingRead:
@@ -408,10 +389,7 @@ READINGS: Mapping[Code, Callable[[MksNode, float], mks.Reading]] = MappingProxyT
     Code.ENCODER: lambda node, _: mks.EncoderRead(
         node.raw_counts if node.quirks.keeps_count else node.motor.counts),
     Code.RAW_ENCODER: lambda node, _: mks.RawEncoderRead(node.raw_counts),
-    Code.SPEED: _speed,
-    Code.PULSES: _pulses,
     Code.ANGLE_ERROR: _angle_error,
-    Code.INPUTS: lambda node, _: mks.InputsRead(int(node.motor.switch.pressed)),
     Code.ENABLED: lambda node, _: mks.EnabledRead(node.enabled),
     Code.STALL: lambda node, _: mks.StallRead(node.stalled),
     Code.STATE: lambda node, now_s: mks.StateRead(node.motion.state(now_s)),

@@ -104,8 +104,6 @@ ALWAYS: tuple[tuple[str, str, str], ...] = (
      "guess: no known manual or program has a boot message or heartbeat"),
     ("silent_watchdog", "a drive stopped by its watchdog sends no message",
      "guess: no known manual or program has a reply for it (98)"),
-    ("silent_group", "from 1.0.2 on, drives do not answer broadcasts and groups",
-     f"{_NOTES}, V1.0.2"),
     ("done_anyway", "before 1.0.8, a motion ends with its set-point, wherever the shaft is",
      f"guess: the in-position threshold came with V1.0.8 ({_NOTES})"),
     ("one_stop", "any stop command ends every motion and drops stored ones",

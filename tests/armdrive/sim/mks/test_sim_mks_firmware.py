@@ -2,24 +2,19 @@
 
 import pytest
 from amounts import every_row
-from bus_sim import IDS
 from mks_sim import DONE, FAILED, STARTED, STORED, TURN, Bench
 from mks_sim import outcomes as said
 
 from firmware_protocol import mks
-from firmware_protocol.mks.values import Bitrate, Mode
+from firmware_protocol.mks.values import Bitrate
 
 ASKED_FOR = {
     mks.Ability.ZERO: mks.SetZero(),
-    mks.Ability.GROUPS: mks.SetGroup(0x50),
-    mks.Ability.INPUTS: mks.ReadInputs(),
     mks.Ability.ABSOLUTE_PULSES: mks.MoveAbsolutePulses(10, 60, 0),
     mks.Ability.EMERGENCY_STOP: mks.EmergencyStop(),
-    mks.Ability.HOLDING_CURRENT: mks.SetHoldingCurrent(50),
     mks.Ability.CHOICE_OF_COMPLETION: mks.SetReplies(mks.ReplyMode.IMMEDIATE),
     mks.Ability.READ_SETTINGS: mks.ReadSetting(mks.Code.MODE),
     mks.Ability.RAW_ENCODER: mks.ReadRawEncoder(),
-    mks.Ability.POSITION_PROTECTION: mks.SetPositionProtection(False, 0, 0),
     mks.Ability.UNKEPT_CURRENT: mks.SetCurrent(1000, keep=False),
     mks.Ability.SYNCHRONOUS_START: mks.ArmSynchronous(True),
     mks.Ability.ARRIVAL_THRESHOLD: mks.SetArrival(True),
@@ -49,12 +44,6 @@ def test_a_drive_answers_what_its_firmware_has_and_ignores_the_rest(ability):
         assert bool(bench.ask(1, ASKED_FOR[ability], 0.1)) is answered
 
 
-def test_an_arm_may_have_drives_of_several_ages():
-    bench = Bench(firmware="1.0.9+1.0.6+1.0.9+1.0.4+1.0.9+1.0.8")
-    answered = [bool(bench.ask(node, mks.ReadVersion())) for node in IDS]
-    assert answered == [True, False, True, False, True, True]
-
-
 class TestRetargeting:
     @pytest.mark.parametrize(
         ("superseded", "heard"),
@@ -72,12 +61,6 @@ class TestRetargeting:
         assert rpm(bench.board.nodes[0].motor.point, bench.now_s) == pytest.approx(before_rpm)
         assert said(bench.run(3.0)) == [DONE]
         assert bench.counts(1) == 2 * TURN
-
-    def test_it_turns_back_where_the_new_target_lies_behind(self):
-        bench = Bench()
-        bench.ask(1, mks.MoveAbsoluteAxis(9 * TURN, 300, 240), 1.0)
-        bench.ask(1, mks.MoveAbsoluteAxis(0, 300, 240), 4.0)
-        assert bench.counts(1) == 0
 
     def test_before_it_is_refused_and_the_old_one_goes_on(self):
         bench = Bench(firmware="1.0.4")
@@ -148,12 +131,6 @@ class TestWatchdog:
         bench.ask(1, mks.RunAtSpeed(60, 250), 5.0)
         assert bench.state(1) is mks.MotorState.FULL_SPEED
 
-    def test_a_long_move_is_stopped_too_and_standing_is_no_matter(self):
-        bench = Bench()
-        bench.ask(1, mks.SilenceWatchdog(100))
-        bench.run(5.0)
-        assert bench.board.nodes[0].motion.watchdog_stops == 0
-
 
 class TestTalking:
     @pytest.mark.parametrize(
@@ -169,22 +146,6 @@ class TestTalking:
         bench.ask(1, mks.SetReplies(mode))
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 600, 0), 1.0)) == heard
         assert bench.counts(1) == TURN
-
-    def test_done_may_never_come(self):
-        bench = Bench(says_done=False)
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 600, 0), 1.0)) == [STARTED]
-        assert said(bench.ask(1, mks.SetZero())) == [DONE]
-        assert bench.state(1) is mks.MotorState.STOPPED
-
-    def test_nobody_answers_what_is_for_all_or_for_a_group(self):
-        bench = Bench()
-        for node in (2, 3):
-            bench.ask(node, mks.SetGroup(0x50))
-        there = bench.world.motors
-        assert bench.ask(0x50, mks.MoveAbsoluteAxis(1000, 60, 0), 0.5) == []
-        assert tuple(bench.world.motors - there) == (0, 1000, 1000, 0, 0, 0)
-        assert bench.ask(mks.BROADCAST, mks.MoveAbsoluteAxis(0, 60, 0), 0.5) == []
-        assert bench.world.motors == there
 
     def test_an_id_is_changed_and_outlives_the_power(self):
         bench = Bench()
@@ -219,14 +180,3 @@ class TestAsShipped:
         # the first one's answer, and those of the others, which overlap
         assert said(bench.ask(1, mks.MoveAbsoluteAxis(10, 60, 0))) == [FAILED, FAILED]
         assert bench.ask(2, mks.ReadEncoder(), 0.1) == []
-
-    def test_one_drive_after_the_other_is_given_its_id(self):
-        bench = Bench(factory=True)
-        for motor in range(6):
-            bench.board.switch_drive(motor, False)
-        for motor, node in reversed([*enumerate(IDS)]):
-            bench.board.switch_drive(motor, True)
-            assert said(bench.ask(1, mks.SetId(node))) == [DONE]
-            assert said(bench.ask(node, mks.SetMode(Mode.BUS_FOC))) == [DONE]
-        heard = [said(bench.ask(node, mks.MoveAbsoluteAxis(500, 60, 0), 0.2)) for node in IDS]
-        assert heard == [[STARTED, DONE]] * 6
