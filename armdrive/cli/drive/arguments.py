@@ -280,11 +280,11 @@ POINT_ACTIONS: Mapping[str, Action] = MappingProxyType({
     "delete": Action("delete a point",
                      "drive.points:delete", naming("name")),
     "copy": Action("copy a point",
-                   "drive.point_copies:derive", naming("name", "new", more=_again)),
+                   "drive.points:derive", naming("name", "new", more=_again)),
     "mirror": Action("copy a point with left and right exchanged",
-                     "drive.point_copies:derive", naming("name", "new", more=_again)),
+                     "drive.points:derive", naming("name", "new", more=_again)),
     "offset": Action("copy a point to another place",
-                     "drive.point_copies:derive", naming("name", "new", more=_offset)),
+                     "drive.points:derive", naming("name", "new", more=_offset)),
 })  # fmt: skip
 
 

@@ -5,7 +5,7 @@ import json
 import pytest
 from amounts import every_row
 from program_acts import goal_of, ready, travels
-from program_bench import acts, refused, reply, run, started, told
+from program_bench import refused, reply, run, started, told
 
 from armdrive.programs import read_program
 from armdrive.programs.acts import Say, act_name
@@ -179,6 +179,23 @@ def test_a_damaged_state_is_refused(key, value):
         read_program(STACK).restored(data)
 
 
-def test_jumps_out_of_loops_leave_nothing_behind():
-    text = "again:\nrepeat 3 as n\nif n == 2\ntype n\ngoto out\nend\nend\nout:\nready"
-    assert acts(text) == [Say("2"), ready()]
+WAYS = {
+    "the next round": ("repeat 3 as n\nif n == 2\ncontinue\nend\ntype n\nend", ["1", "3"]),
+    "out of the inner loop": (
+        "repeat 2 as n\nwhile on\nif on\nbreak\nend\nend\ntype n\nend", ["1", "2"]),
+    "one loop after another": ("repeat 2\ntype 1\nend\nrepeat 2\ntype 2\nend", list("1122")),
+    "back over a loop": (
+        "n = 0\nagain:\nrepeat 2\ntype n\nend\nn = n + 1\nif n < 2 then again", list("0011")),
+    "out of loops by a jump": (
+        "again:\nrepeat 3 as n\nif n == 2\ntype n\ngoto out\nend\nend\nout:\ntype 9", list("29")),
+    "out of a subprogram's loop": (
+        "define f()\nrepeat\nrepeat\nreturn\nend\nend\nend\nf()\ntype 3", ["3"]),
+    "from one branch behind the last": (
+        "if off\ntype 1\nelse if on\ntype 2\nelse\ntype 3\nend\ntype 4", list("24")),
+}  # fmt: skip
+
+
+@every_row("way", WAYS)
+def test_which_line_comes_next(way):
+    text, wanted = WAYS[way]
+    assert told(text) == wanted

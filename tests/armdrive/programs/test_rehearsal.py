@@ -260,7 +260,9 @@ def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
     assert assumed.refusal is None
     assert "reference posture" in str(assumed.assumptions[0])
     homed = Script((Home(), *TOUR))
-    assert rehearse(SeenArm.of(arm), RunPlan(homed), settle=True).refusal is None
+    homes = rehearse(SeenArm.of(arm), RunPlan(homed), settle=True)
+    assert homes.refusal is None
+    assert homes.loops[0][0].took_s > 1.0  # the reference is taken, as in the run
     assert rehearse(SeenArm.of(arm), RunPlan(homed)).refusal is None
 
 

@@ -200,3 +200,18 @@ def test_coroutines_are_run_checked_and_stepped_through_too(homed, write, monkey
     assert "line 6: await arm.park()\n" in ran
     assert "done: 2 calls" in ran
     assert keys.taken == 2
+
+
+def test_arms_that_a_script_leaves_open_are_stopped_and_closed(homed, write):
+    path = write(
+        """\
+        from armdrive import Arm
+        arm = Arm.connect()
+        arm.move_j(base_deg=80, speed=0.1, wait=False)
+        arm.sleep(1)
+        """
+    )
+    homed("run", path, code=0)
+    view = homed("status", "--json", code=0).json
+    assert view["trust"] == "restored"
+    assert 0.5 < view["joints"]["base_deg"] < 79

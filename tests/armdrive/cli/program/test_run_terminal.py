@@ -148,3 +148,14 @@ def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin, ca
 
 
 # Ctrl-C while a program runs, twice, at the worst moment: while what it says is written.
+
+
+def test_a_reader_that_has_gone_ends_the_program_and_not_well(begin):
+    program = begin(TOUR, "--pace", FAST)
+    program.until("act", 1)
+    program.process.stdout.close()
+    program.process.stdout = None
+    code, err = program.end()
+    assert code == 5
+    assert "its output was closed" in json.loads(err)["message"]
+    assert journal_file(ARM).exists()
