@@ -40,23 +40,25 @@ def _listener(
     """Return what reports those calls of an arm that are the script's own."""
 
     def begins(name: str, _: tuple[Any, ...], __: dict[str, Any]) -> None:
-        line = script_line(sys._getframe(2), script)  # noqa: SLF001 - the noted call's own
+        line = script_line(sys._getframe(), script)  # noqa: SLF001 - who has called it
         if line is not None:
             called(arm, name, line)
 
     return begins
 
 
-def script_line(traced: FrameType, script: str) -> int | None:
-    """Return the line of the script that made a traced call, 0 if none did.
+def script_line(listener: FrameType, script: str) -> int | None:
+    """Return the line of the script that made a recorded call, 0 if none did.
 
-    Returns None for a call inside another one: then the recorder is on the stack twice.
+    Returns None for a call inside another one: then the recorder has wrapped two calls.
     """
-    line = 0
-    for frame, number in itertools.islice(traceback.walk_stack(traced.f_back), DEEPEST):
-        if frame.f_code.co_filename == recorded.__file__:
+    line, calls = 0, 0
+    for frame, number in itertools.islice(traceback.walk_stack(listener), DEEPEST):
+        code = frame.f_code
+        calls += code.co_filename == recorded.__file__ and code.co_name in recorded.WRAPPERS
+        if calls > 1:
             return None
-        if frame.f_code.co_filename == script:
+        if code.co_filename == script:
             line = line or number
     return line
 

@@ -115,6 +115,9 @@ def _recording(
         raise
 
 
+# The functions around a recorded call, which `armdrive run script.py` looks for on the stack.
+WRAPPERS = ("call", "waiting_call")
+
 # Takes a call's name and arguments before the call begins; may raise to refuse it.
 CallListener = Callable[[str, tuple[Any, ...], dict[str, Any]], object]
 
