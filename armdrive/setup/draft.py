@@ -79,10 +79,16 @@ class LinkFile:
 
     def length_mm(self, path: Sequence[str | int]) -> float:
         """Return the length at the path of a key."""
-        found: Any = tomllib.loads(self.text)
+        found: Any = _parsed(self.text)
         for step in path:
             found = found[step]
         return float(found)
+
+
+@functools.lru_cache(maxsize=8)
+def _parsed(text: str) -> Mapping[str, Any]:
+    """Return a model file's content; every question looks up all of its lengths."""
+    return tomllib.loads(text)
 
 
 def read_links(path: str) -> LinkFile:
