@@ -271,7 +271,7 @@ def test_an_arm_of_a_model_file_gives_backlash_with_its_motors(tmp_path):
     config = written(tmp_path, text)
     assert config.backlash_steps == (0, 0, 20, 0, 0, 0)
     assert simulate(config).world.play.widths == config.backlash_steps
-    with pytest.raises(ArmFileError, match="the backlash of motor '.*' is backlash_deg"):
+    with pytest.raises(ArmFileError, match=r"the backlash of motor '\w+' is backlash_deg"):
         written(tmp_path, text.replace("backlash_deg", "backlash_mm"))
 
 
