@@ -328,9 +328,6 @@ BEFORE_RUN_S = 5.0
 # Real time. A person who only checks a program waits longer, and the arm is free meanwhile.
 CHECK_S = 10.0
 
-# Real time between two reports of a rehearsal that takes long.
-TELL_EVERY_S = 1.0
-
 
 class TooLong(BaseException):
     """The rehearsal has used up its time."""
@@ -344,43 +341,10 @@ class EndlessLoop(BaseException):
         self.mark = mark
 
 
-@dataclass(frozen=True, slots=True)
-class RehearsedSoFar:
-    """How far a rehearsal has come: `took_s` is the arm's time."""
-
-    acts: int
-    mark: SourceMark
-    took_s: float
-
-
-class Patience:
-    """Ends a rehearsal that takes too long, and reports how far it has come.
-
-    `limit_s` is real time, as `now_s` gives it. `report` is called about once a second.
-    """
-
-    def __init__(
-        self,
-        limit_s: float,
-        report: Callable[[RehearsedSoFar], object] | None = None,
-        now_s: Callable[[], float] = time.monotonic,
-    ) -> None:
-        self._limit_s = limit_s
-        self._report = report
-        self._now_s = now_s
-        self._began_s = now_s()
-        self._tell_s = TELL_EVERY_S
-        self._acts = 0
-
-    def before_act(self, mark: SourceMark, took_s: float) -> None:
-        """Count an act. Raises `TooLong` once the time is up."""
-        real_s = self._now_s() - self._began_s
-        if real_s > self._limit_s:
-            raise TooLong
-        if self._report is not None and real_s >= self._tell_s:
-            self._report(RehearsedSoFar(self._acts, mark, took_s))
-            self._tell_s = real_s + TELL_EVERY_S
-        self._acts += 1
+def time_limit(limit_s: float) -> Callable[[], bool]:
+    """Return a function that returns whether this much real time has passed."""
+    end_s = time.monotonic() + limit_s
+    return lambda: time.monotonic() > end_s
 
 
 @dataclass(frozen=True, slots=True)
@@ -446,18 +410,18 @@ class _RehearsalWatch:
     was before, with the twin as it was then, repeats endlessly.
     """
 
-    def __init__(self, rehearser: Rehearser, patience: Patience) -> None:
+    def __init__(self, rehearser: Rehearser, over: Callable[[], bool]) -> None:
         self.loops: dict[int, list[Took]] = {}
         self._rehearser = rehearser
-        self._patience = patience
-        self._took_s = 0.0
+        self._over = over
         self._steps: list[RunStep] = []
         self._before: dict[object, int] = {}
 
     def begins(self, step: RunStep, machine: Machine) -> None:
         """Note where the program is. Raises `TooLong` and `EndlessLoop`."""
         mark = step.mark
-        self._patience.before_act(mark, self._took_s)
+        if self._over():
+            raise TooLong
         self._rehearser.mark = mark
         state = (step.loop, machine.fingerprint, self._rehearser.fingerprint)
         since = self._before.setdefault(state, len(self._steps))
@@ -477,15 +441,18 @@ class _RehearsalWatch:
             took_s = step.act.time_s
         elif isinstance(step.act, AwaitInputs) and answer is False:
             took_s = step.act.within_s or 0.0
-        self._took_s += took_s
         self.loops.setdefault(step.loop, []).append(Took(step.mark, step.name, took_s))
 
 
 def rehearse(
-    seen: SeenArm, plan: RunPlan, patience: Patience, options: RehearsalOptions = DEFAULT_OPTIONS
+    seen: SeenArm,
+    plan: RunPlan,
+    over: Callable[[], bool],
+    options: RehearsalOptions = DEFAULT_OPTIONS,
 ) -> Rehearsal:
     """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
 
+    It ends before the act at which `over()` is true, such as after a `time_limit`.
     Raises what reading the program raises, and `ArmError` if the twin cannot be made.
     """
     assumed: list[str] = []
@@ -493,7 +460,7 @@ def rehearse(
         rehearser = Rehearser(twin, seen, options, plan.outputs)
         for text in assumed:
             rehearser.assume(text)
-        watch = _RehearsalWatch(rehearser, patience)
+        watch = _RehearsalWatch(rehearser, over)
         # a program that is resumed may begin in a later loop
         last = LOOPS_REHEARSED + plan.loop - 1
         loops = last if plan.loops == FOR_EVER else min(plan.loops, last)

@@ -14,7 +14,7 @@ from textual.containers import Horizontal, Vertical
 from armdrive.errors import BadRequest
 from armdrive.errors.printable import command_line, printable
 from armdrive.programs.progress import RunView, duration
-from armdrive.programs.rehearsal import Rehearsal, RehearsedSoFar
+from armdrive.programs.rehearsal import Rehearsal
 from armdrive.render.scene import Moment
 from armdrive.status import Status
 from kinematics.text import counted
@@ -33,14 +33,6 @@ WRONG = "$text-error"
 def file_name(path: Path, folder: Path) -> str:
     """Return the name of a file, with its folder if that is another one."""
     return path.name if path.parent == folder else str(path)
-
-
-def rehearsing_lines(far: RehearsedSoFar | None) -> Iterator[Span]:
-    """Say how far a rehearsal has come."""
-    yield "REHEARSING: nothing moves", "$text-primary"
-    if far is not None:
-        acts, took = counted(far.acts, "act"), duration(far.took_s)
-        yield f"line {far.mark.line}, {acts}, {took} of simulated time", ""
 
 
 def rehearsed_lines(
@@ -210,7 +202,7 @@ class ProgramScreen(DeskScreen):
                 yield from ended_lines(self.desk.spoken(run.outcome), file, failed=failed)
             found = self.rehearsal.fresh(checked.program, status)
             if self.rehearsal.job.busy:
-                yield from rehearsing_lines(self.rehearsal.far)
+                yield "REHEARSING: nothing moves", "$text-primary"
             elif found is not None:
                 again = self.desk.confirmation.again
                 yield from rehearsed_lines(found, keys, again, self.desk.spoken)

@@ -8,7 +8,6 @@ no other one, and end a wait.
 
 from __future__ import annotations
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -27,11 +26,10 @@ from armdrive.programs.program import ArmProgram, Machine, Program, read_program
 from armdrive.programs.progress import RunView, duration, line_words
 from armdrive.programs.rehearsal import (
     CHECK_S,
-    Patience,
     Rehearsal,
-    RehearsedSoFar,
     SeenArm,
     rehearse,
+    time_limit,
 )
 from armdrive.programs.running import BREATH_S, Performer, ProgramRun, RunPlan
 from armdrive.status import Status
@@ -146,8 +144,6 @@ class ProgramRehearsal:
     """The rehearsal of the chosen program. It holds as long as the arm stands where it stood."""
 
     def __init__(self, desk: Desk) -> None:
-        self.far: RehearsedSoFar | None = None
-        """The progress of the current rehearsal, after its first second."""
         self.job = Job()
         """The rehearsal under way."""
         self._desk = desk
@@ -162,7 +158,7 @@ class ProgramRehearsal:
     def forget(self) -> None:
         """Drop what was found, and end a rehearsal that is under way."""
         self._number += 1
-        self.job, self._found, self._of, self.far = Job(), None, None, None
+        self.job, self._found, self._of = Job(), None, None
 
     def begin(self, program: Program) -> None:
         """Rehearse a program from where the arm stands."""
@@ -173,20 +169,17 @@ class ProgramRehearsal:
         )
 
     def _rehearse(self, program: Program, number: int) -> Rehearsal:
-        patience = Patience(CHECK_S, partial(self._note, number), partial(self._now_s, number))
-        return rehearse(SeenArm.of(self._desk.arm), plan_of(program, self._desk), patience)
-
-    def _now_s(self, number: int) -> float:
-        """Return the time; a rehearsal that does not count any more has run out of it."""
-        return time.monotonic() if number == self._number else math.inf
-
-    def _note(self, number: int, far: RehearsedSoFar) -> None:
-        if number == self._number:
-            self.far = far
+        late = time_limit(CHECK_S)
+        # one that does not count any more ends
+        return rehearse(
+            SeenArm.of(self._desk.arm),
+            plan_of(program, self._desk),
+            lambda: late() or number != self._number,
+        )
 
     def _keep(self, number: int, seen: object, found: Rehearsal | None) -> None:
         if number == self._number:
-            self._found, self._of, self.far = found, seen, None
+            self._found, self._of = found, seen
 
 
 def _seen(program: Program, status: Status) -> object:

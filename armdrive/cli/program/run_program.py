@@ -27,7 +27,6 @@ from armdrive.programs.progress import duration, line_words
 from armdrive.programs.rehearsal import (
     BEFORE_RUN_S,
     CHECK_S,
-    Patience,
     Rehearsal,
     RehearsalOptions,
     SeenArm,
@@ -35,6 +34,7 @@ from armdrive.programs.rehearsal import (
     rehearsal_view,
     rehearse,
     require_rehearsed,
+    time_limit,
 )
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.render.canvas import draws_braille
@@ -79,7 +79,7 @@ class _RunningProgram:
         """Rehearse, carry out, and say how it ended."""
         plan = _plan(ArmProgram(self._program, self._arm.config), self._arm, self._options)
         seen, how = SeenArm.of(self._arm), _rehearsal_options(self._options)
-        rehearsal = rehearse(seen, plan, Patience(BEFORE_RUN_S), how)
+        rehearsal = rehearse(seen, plan, time_limit(BEFORE_RUN_S), how)
         try:
             require_rehearsed(rehearsal, anyway=self._options.yes)
         except BaseException as error:
@@ -169,7 +169,7 @@ def check_program(options: argparse.Namespace, program: Program) -> int:
     """Rehearse a program file on the arm that the options name, and report what was found."""
     source = ArmProgram(program, chosen_target(options).config)
     seen, plan, unasked = _seen(options, lambda arm: _plan(source, arm, options))
-    rehearsal = rehearse(seen, plan, Patience(CHECK_S), _rehearsal_options(options))
+    rehearsal = rehearse(seen, plan, time_limit(CHECK_S), _rehearsal_options(options))
     return report(rehearsal, options, program.lines, unasked)
 
 

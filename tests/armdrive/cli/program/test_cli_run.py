@@ -1,7 +1,6 @@
 """`armdrive run` on program files: rehearsed, run, shown, interrupted, resumed."""
 
 import json
-import math
 import shlex
 
 import pytest
@@ -34,12 +33,6 @@ ARM = "sim:teachmover"
 
 def pose(call):
     return call("status", "--json", code=0).json["pose"]
-
-
-@pytest.fixture(autouse=True)
-def _quiet_rehearsals(monkeypatch):
-    """Have no rehearsal report how far it is, however busy the computer is with tests."""
-    monkeypatch.setattr("armdrive.programs.rehearsal.TELL_EVERY_S", math.inf)
 
 
 def test_a_check_says_what_every_line_takes_and_moves_nothing(homed, write):
