@@ -178,9 +178,7 @@ class Confirmation:
         self._pressed_s = now_s
         if effect == self._effect and gap_s < REPEAT_WITHIN_S:
             self._held = True
-            if self._count < needed:
-                raise BadRequest(STILL_HELD)
-            return
+            raise BadRequest(STILL_HELD)
         if effect != self._effect or gap_s > ASKED_FOR_S:
             self._count = 0
         self._effect, self._act, self._row, self._needed = effect, act, row, needed
