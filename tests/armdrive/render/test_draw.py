@@ -20,7 +20,6 @@ from armdrive.render.scene import (
     Trail,
     key_of,
     outline,
-    posture_cameras,
 )
 from kinematics import Joints, preset
 from kinematics.five_axis.workspace import section
@@ -52,20 +51,6 @@ def lines(width, height, *points, braille, ink=Ink.BASE):
     canvas = Raster(width, height, braille=braille)
     canvas.line(points, ink)
     return canvas.painted().rows()
-
-
-@pytest.mark.parametrize(
-    ("size", "points", "braille", "rows"),
-    [
-        pytest.param((3, 1), [(0, 0), (5, 0)], True, ["⠉⠉⠉"], id="upper dots of braille cells"),
-        pytest.param(
-            (1, 1), [(0, 0), (0, 3), (1, 3), (1, 0)], True, ["⣿"], id="a full braille cell"
-        ),
-        pytest.param((0, 0), [(0, 0), (5, 5)], True, [], id="an empty canvas"),
-    ],
-)
-def test_a_small_picture(size, points, braille, rows):
-    assert lines(*size, *points, braille=braille) == rows
 
 
 @every_row("above, below", [(Ink.BASE, Ink.TABLE), (Ink.JOINT, Ink.ARM)])
@@ -122,24 +107,12 @@ def test_the_side_view_is_the_arms_own_plane_whatever_the_base():
     assert straight != lower
 
 
-def test_turning_the_base_left_moves_the_drawing_left():
-    middle = {}
-    for base_deg in (60.0, -60.0):
-        rows = drawn(posture(base_deg), TOP, (61, 20), braille=False)[1:-1]  # without words
-        middle[base_deg] = [x for x, y in marks(rows) if rows[y][x] in "o/\\"]
-    assert sum(middle[60.0]) / len(middle[60.0]) < 30 < sum(middle[-60.0]) / len(middle[-60.0])
-
-
 def test_a_drawing_shows_one_posture_alone():
     """No trail of the postures before, which another drawing has never seen."""
     drawing, there = PostureDrawing(MODEL, braille=True), Moment(posture(30.0), 30.0)
     for base_deg in range(0, 30, 2):
         drawing.top(Moment(posture(float(base_deg)), 30.0), 60, 20)
     assert drawing.top(there, 60, 20) == PostureDrawing(MODEL, braille=True).top(there, 60, 20)
-
-
-def test_an_unknown_posture_is_seen_from_the_usual_side():
-    assert posture_cameras(None) == (VIEWS["side"], VIEWS["top"])
 
 
 @given(st.floats(-180, 180), st.tuples(*(st.floats(-180, 180) for _ in "seh")), st.floats(0, 76))

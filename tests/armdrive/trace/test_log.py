@@ -15,7 +15,6 @@ from armdrive.connect.control_socket import (
     TAP_MOST,
     traffic,
 )
-from armdrive.dialects.teachmover.controller import HARMLESS_LINE
 from armdrive.dialects.words import plain
 from armdrive.errors.table import found
 from armdrive.registry import DIALECTS
@@ -201,28 +200,14 @@ SENT = [
         b"@STEP 214,37,0,-4,0,0,0\r",
         "step at speed 214: base +37, elbow -4",
     ),
-    ("teachmover", b"@STEP 214,0,0,0,0,0,0,5\r", "step at speed 214: no motor; outputs 5"),
     ("teachmover", b"@READ\r", "read the registers"),
-    ("teachmover", b"@RESET\r", "zero the registers and switch the motors off"),
     ("teachmover", b"@NONSENSE\r", "unreadable"),
-    (
-        "teachmover",
-        HARMLESS_LINE,
-        "moves nothing, and makes an Armdroid harmless that was taken for a TeachMover",
-    ),
     ("robko01", bytes.fromhex("aa 01 01 0b ab 0a"), "read the positions"),
     ("armdroid", b"6,20-d", "move the base by -20"),
-    ("armdroid", b"d", "clear the stored numbers"),
-    ("armdroid", b"3-,0,0,0,0,12D", "move: gripper -3, base +12"),
-    ("armdroid", b"9,4-g", "store these numbers and read them back: gripper +9, left wrist -4"),
     ("armdroid", b"oD", "read the offsets; move by the stored numbers"),
-    ("armdroid", b"0t", "switch the motors off"),
     ("armdroid", b"9z", "z: no command of the sketch"),
-    ("grbl", b"?", "status"),
-    ("grbl", b"\x18", "soft reset"),
     ("grbl", b"G91G1F11014Y+8Z+3\n!", "feed hold; G91G1F11014Y+8Z+3"),
     ("grbl", b"$$\n$X\n", "read the settings; unlock"),
-    ("mks", pack(Frame(3, bytes.fromhex("f301f7"))), "3: switch the motor on"),
     (
         "mks",
         pack(Frame(1, bytes.fromhex("3132"))) + pack(Frame(2, bytes.fromhex("3133"))),
@@ -233,7 +218,6 @@ SENT = [
         pack(Frame(0x201, bytes.fromhex("0f000805000000"))) + pack(Frame(0x080)),
         "1: 000F enable operation; mode 8, cyclic position; target 5; SYNC",
     ),
-    ("cia402", pack(Frame(0, b"\x01\x00")), "all: start: become operational"),
 ]  # fmt: skip
 
 
