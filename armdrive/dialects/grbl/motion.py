@@ -326,6 +326,9 @@ class GrblHoming:
         """
         motor = self.letters.index(command.axes)
         for _ in range(2):
+            began_s = self.io.now_s
+            if not (yield from self.exchange.confirm_position()):
+                return self.io.silence(began_s)
             watch = HomingWatch(self.board.registers().positions)
             failed = yield from self._search(command, watch)
             if watch.turned - {motor}:

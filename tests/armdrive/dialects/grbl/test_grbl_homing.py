@@ -147,7 +147,7 @@ def test_a_homing_command_that_homes_a_homed_motor_once_more_is_repeated(firmwar
     assert arm.twin.world.motors == arm.status.acknowledged
 
 
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES[amount(2, 0) :])
+@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES[amount(1, 0) :])
 def test_a_damaged_report_is_no_motor_that_turns_while_another_one_homes(firmware):
     arm = found(homing_config(), firmware=firmware)
     arm.reset()
@@ -289,8 +289,7 @@ def test_homing_that_is_stopped_ends_in_time_although_a_byte_is_lost(firmware, w
     stop_homing(arm, task)
 
 
-@pytest.mark.parametrize("backs_off", [False, True])
-@pytest.mark.parametrize("firmware", HOME_SINGLE_AXES)
+@each_value("firmware, backs_off", HOME_SINGLE_AXES, [True, False])
 def test_a_stop_ends_homing_that_is_at_a_switch(firmware, backs_off):
     """If it backs off, the alarm is 8, as if that had failed: observed on grbl-Mega-5X."""
     arm, task = homing(firmware)

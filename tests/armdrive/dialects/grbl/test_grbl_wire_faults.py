@@ -169,7 +169,7 @@ FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
 OTHERS = [b"(", b"$", b"G", b"%", b"0", b"~", b"\r"]
 
 
-@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS][:: amount(3, 1)], ids=repr)
+@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS][:: amount(4, 1)], ids=repr)
 def test_a_poll_that_was_changed_on_the_idle_wire_spoils_nothing(to):
     """The board takes it for a character of the next line."""
     arm = ready(config(gripper="servo"))
