@@ -115,7 +115,7 @@ def _recording(
         raise
 
 
-# The functions around a recorded call, which `armdrive run script.py` looks for on the stack.
+# The functions around a recorded call, which `armdrive run` looks for on the stack of a script.
 WRAPPERS = ("call", "waiting_call")
 
 # Takes a call's name and arguments before the call begins; may raise to refuse it.
