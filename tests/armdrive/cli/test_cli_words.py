@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from amounts import every_row
+from amounts import amount, every_row
 from cli_calls import Caller
 
 from armdrive.cli import runner
@@ -256,7 +256,10 @@ def here(capsys, tmp_path, monkeypatch):
 RUN = [name for group in ("Drive", "Look", "Learn") for name in GROUPS[group]]
 
 
-@pytest.mark.parametrize("name", sorted({*RUN, "pendant"} - NOT_RUN.keys() - OF_A_HOLDER))
+EXAMPLES_RUN = sorted({*RUN, "pendant"} - NOT_RUN.keys() - OF_A_HOLDER)
+
+
+@pytest.mark.parametrize("name", EXAMPLES_RUN[:: amount(3, 1)])
 def test_the_examples_of_a_command_run_one_after_the_other(here, name):
     for line in BEFORE.get(name, ()):
         here(*line.split(), code=0)

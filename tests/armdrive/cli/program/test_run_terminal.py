@@ -5,6 +5,7 @@ import signal
 import sys
 
 import pytest
+from amounts import THOROUGH
 from command_host import HostedCommand
 from waiting import LONG_S
 
@@ -133,6 +134,7 @@ def test_another_terminal_can_watch_pause_resume_and_stop_the_run(begin, call):
     assert [each["line"] for each in program.events if each["event"] == "done"][:2] == [2, 2]
 
 
+@pytest.mark.skipif(not THOROUGH, reason="one program that waits for a person is enough every day")
 def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin, call):
     program = begin(TOUR, "--pace", FAST, "--step")
     for line in (1, 3):
