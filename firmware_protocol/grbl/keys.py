@@ -23,8 +23,8 @@ HOMING_FEED, HOMING_SEEK = 24, 25
 DEBOUNCE_MS = 26
 # How far homing backs off a switch.
 PULL_OFF = 27
-# The spindle's speeds in rpm, and whether it is a laser.
-MOST_SPEED, LEAST_SPEED, LASER = 30, 31, 32
+# The spindle's speeds in rpm.
+MOST_SPEED, LEAST_SPEED = 30, 31
 
 # How often homing approaches a switch: grblHAL.
 HOMING_RUNS = 43

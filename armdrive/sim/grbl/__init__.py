@@ -82,6 +82,9 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
         values[keys.RATE + axis] = _up(limits.rates[motor] * MINUTE_S)
         values[keys.ACCELERATION + axis] = _up(limits.accelerations[motor])
         values[keys.TRAVEL + axis] = travels[motor]
+    if config.gripper.kind == "servo" and device.servo == "M3":
+        widest = max(device.servo_closed, device.servo_open)
+        values[keys.LEAST_SPEED], values[keys.MOST_SPEED] = 0.0, widest
     for number, value in values.items():
         if number >= keys.STEPS_PER_UNIT and not LEAST <= value <= MOST:
             raise ArmFileError(
