@@ -26,10 +26,9 @@ from tests.conformance.observation import Observation
 from tests.conformance.real_time_bench import RealTimeBench, port_lock
 
 from .boards import AvrBoard
-from .control import ControlPort, PhysicalState
+from .control import ControlPort, NoSimulator, Pace, PhysicalState
 from .grbl_setup import set_up, settings_for
 from .measuring import Step, StepLog
-from .pace import NoSimulator, Pace
 
 SOURCE = Path(__file__).with_name("avrdev.c")
 AVR_MACHINE = (83).to_bytes(2, "little")

@@ -39,9 +39,9 @@ from tests.conformance.custom_arm import arm_file
 from tests.conformance.real_time_bench import DeviceProcess, PtyBench
 
 from .boards import BOARDS, NativeBoard
+from .control import NoSimulator, Pace
 from .grbl_setup import fluidnc_configuration, set_up, settings_for
 from .measuring import Step
-from .pace import NoSimulator, Pace
 
 if sys.platform != "win32":
     import pty

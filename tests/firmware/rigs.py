@@ -16,9 +16,8 @@ from tests.conformance.real_time_bench import PortBench, PtyBench, RealTimeBench
 
 from .avr_bench import ControlledBench, ImageRunner
 from .boards import AvrBoard, Board, NativeBoard
-from .control import ControlPort
+from .control import ControlPort, Pace
 from .native import NativeRunner
-from .pace import Pace
 
 NOWHERE = "/dev/null"
 """A port that is never opened: it only gives the configuration of an arm without an arm file."""

@@ -24,9 +24,9 @@ from tests.conformance.running import BEHAVIOURS, Verdict, run_row
 
 from . import report
 from .boards import BOARDS
+from .control import NoSimulator
 from .grbl_setup import SetUpFailed
 from .measuring import board_stops, stops
-from .pace import NoSimulator
 from .rigs import Rig, of_image, of_port, own_home, simulated
 
 AXES = "XYZABC"
