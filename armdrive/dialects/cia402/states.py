@@ -61,9 +61,8 @@ def hold(
     """Make drives (by default all) hold where they stand: enabled, and in a mode.
 
     Each turns to the goal that it gets with the word that enables it, so that is its position. A
-    shaft that was pressed against something may spring back meanwhile. So a position is adopted
-    only once it stands still, and a drive that is found elsewhere gets a new goal. Raises
-    `Obstructed` for a drive that does not get there.
+    shaft that was pressed against something may spring back meanwhile. So positions are adopted
+    only once all shafts stand still. Raises `Obstructed` for a drive that does not get there.
     """
     profile, began_s = mode is OperationMode.PROFILE_POSITION, io.listened.s
     drives = drives or io.drives
@@ -93,7 +92,7 @@ def hold(
             elif not enabled:
                 drive.offer(drive.count)
                 word = TOWARDS_ENABLED.get(drive.state, ENABLE)
-            elif (not drive.is_near and _is_still(io, drive)) or drive not in handed:
+            elif drive not in handed:
                 drive.offer(drive.count)
                 handed.add(drive)
             if enabled and profile:

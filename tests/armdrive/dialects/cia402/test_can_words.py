@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from armdrive.dialects.bus.words import FrameCheck, FrameKind, PackedFrames
 from armdrive.dialects.cia402 import words as messages_canopen
-from armdrive.dialects.cia402.objects import held_words, value_words
+from armdrive.dialects.cia402.objects import held_words
 from armdrive.dialects.cia402.words import CanopenFrameDescriber
 from armdrive.dialects.words import Weight
 from armdrive.registry import DIALECTS, LANGUAGES, language_of, likely
@@ -18,13 +18,11 @@ from firmware_protocol.canopen import (
     DEVICE_TYPE,
     MODE,
     POSITION,
-    POSITION_UNIT,
     SPEED_UNIT,
     STATUSWORD,
     SUPPORTED_MODES,
     TARGET_POSITION,
     AbortCode,
-    DataType,
     Emergency,
     Heartbeat,
     Nmt,
@@ -178,18 +176,6 @@ HELD = (
 def test_the_content_of_an_object_is_described_in_words(place, value, words):
     data = value.to_bytes(4, "little", signed=value < 0)
     assert held_words(place, data) == words
-
-
-def test_a_unit_is_written_as_in_manuals():
-    assert value_words(POSITION_UNIT, 0x00B5_0000) == "00B50000 (increments)"
-    assert value_words(POSITION_UNIT, 0xFF41_0000) == "FF410000"  # 0.1 degrees: Nanotec's CL4-E
-
-
-def test_text_and_short_frames_are_shown_unchanged():
-    assert held_words(NAME, b"servo") == "servo"
-    assert held_words(STATUSWORD, b"\x01") == "01"
-    assert held_words(Place(0x2000), b"") == "nothing"
-    assert DataType.U16.size == 2
 
 
 frames = st.builds(

@@ -12,7 +12,7 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
-from armdrive.status import Current, State
+from armdrive.status import State
 from armdrive.tasks import (
     AlertKind,
     ClearFault,
@@ -379,18 +379,6 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     assert isinstance(rig.do(ReadPosition()), Registers)
 
 
-@pytest.mark.parametrize("after_s", [0.05, 0.35])
-def test_the_current_of_a_drive_that_falls_silent_is_unknown_whoever_notices_first(after_s):
-    arm = connected()
-    arm.enable()
-    arm.sleep(after_s)  # the next reading comes before the heartbeats are missed, or after that
-    arm.twin.faults.add("drive-mute", "2")
-    arm.sleep(2.0)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.current is Current.UNKNOWN
-    assert re.search(r"drive 2 \(shoulder\) (no longer answers|does not answer)", arm.status.error)
-
-
 @pytest.mark.parametrize("before_s", [0.0, 0.02])
 def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_alert(before_s):
     rig = Rig().ready()
@@ -400,14 +388,6 @@ def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_aler
     rig.run(0.5)
     assert isinstance(rig.do(ReadPosition()), Registers)
     assert not rig.alerts()
-
-
-def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
-    rig = Rig({"heartbeat_timeout_ms": 2000}).ready()
-    rig.suspend(1.5)
-    rig.run(1.0)
-    assert not rig.alerts()
-    assert rig.states() == {canopen.DriveState.ENABLED}
 
 
 # -- what goes wrong ------------------------------------------------------------------------------
@@ -490,28 +470,12 @@ def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble
 # -- the current, as it is told -------------------------------------------------------------------
 
 
-def connected() -> Arm:
-    config = simulated_config("cia402")
-    return Arm(connect_simulated(config, twin=simulate(config)))
-
-
 def test_drives_that_hold_are_reported_as_held_unless_they_have_to_be_enabled_first():
     rig = Rig()
     assert rig.do(ReadPosition()).held is False
     assert rig.ready().do(ReadPosition()).held is True
     rig.controller._exchange.on = False  # as behind a wire that was lost
     assert rig.do(ReadPosition()).held is None
-
-
-def test_drives_in_different_states_are_not_reported_as_held():
-    arm = connected()
-    assert (arm.status.state, arm.status.current) == (State.DISABLED, Current.OFF)
-    arm.enable()
-    assert arm.status.current is Current.HELD
-    arm.twin.faults.add("drive-fault", "2", "4310")
-    arm.sleep(1.0)
-    assert arm.status.state is State.ERROR_STOP
-    assert arm.status.current is not Current.HELD
 
 
 # -- Faults that only CiA 402 drives have, and orders of another master ----------------------------

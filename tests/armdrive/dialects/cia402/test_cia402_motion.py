@@ -27,7 +27,6 @@ from armdrive.tasks import (
     ReadSettings,
     RequestRejected,
     SwitchOn,
-    Timeout,
 )
 from firmware_protocol.canopen import (
     DriveState,
@@ -341,15 +340,6 @@ def test_a_search_that_stands_ends_in_time_and_names_only_a_key_that_helps(
     assert ("raise cia402.homing_s in the arm file" in reply.reason) is bool(time_s)
 
 
-def test_drives_that_all_fall_silent_as_a_failed_search_is_stopped_are_reported_as_silent():
-    rig = Rig({**AT_SWITCH, "homing_s": 3.0}, missing="6099").ready()
-    rig.node(1).motion.home = lambda _now_s: None
-    rig.begin(BASE)
-    rig.run(rig.controller.search(BASE).lasts.waited_s - 0.05)
-    rig.loses = lambda _frame, host: not host
-    assert isinstance(rig.finish(), Timeout)
-
-
 def test_drives_that_watch_no_heartbeat_go_on_as_long_as_their_speeds_give():
     config = replace(Rig(AT_SWITCH).config, homing=HomingSettings(Joints.of(0, 0, 0, 0, 0)))
     rig = Rig(AT_SWITCH, missing="6007")
@@ -478,16 +468,6 @@ def test_a_paused_arm_stands_within_the_announced_time_and_resumes(pause_s):
     assert not rig.alerts()
     assert waits or pause_s not in WAITED_IN
     assert not waits or rig.positions == pause.before + steps(20_000, -10_000)
-
-
-def test_drives_that_answer_now_and_then_in_a_pause_do_not_move():
-    pause = Pause(0.08)
-    rig, stood = pause.rig, pause.rig.positions
-    for turn in range(40):
-        rig.device.board.node(1 + turn % 3).port.mute = bool(turn // 3 % 2)
-        rig.run(0.02)
-    assert rig.positions == stood
-    assert rig.controller.busy
 
 
 def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
