@@ -48,8 +48,8 @@ GROUPS: Mapping[str, Mapping[str, tuple[str, str]]] = MappingProxyType({
         "status": ("look.status:status", "show where the arm is"),
         "record": ("drive.control_requests:record", "save what just happened"),
         "watch": ("look.status:watch", "follow a moving arm"),
-        "log": ("look.recordings:log", "read a recording"),
-        "replay": ("look.recordings:replay_recording", "compare it with simulation"),
+        "log": ("look.log:log", "read a recording"),
+        "replay": ("look.replay:replay_recording", "compare it with simulation"),
     },
     "Learn": {
         "errors": ("learn.errors:errors", "look up an error code"),

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 import re
 import shlex
 import signal
@@ -151,11 +152,36 @@ def test_the_help_of_a_command_waits_for_nothing_that_drives_an_arm():
     assert programming <= {"armdrive.programs.language"}  # its package: how a file's name ends
 
 
-"""What an arm on a serial line does without: buses, interviews, recordings that are written."""
-"""What a command does without that reads files alone."""
-
-
+LEFT_OUT = (
+    ("stop", ("armdrive.config", "armdrive.dialects.recognition", "armdrive.sim", "numpy")),
+    ("points list", ("armdrive.arm", "armdrive.programs", "armdrive.sim")),
+    ("log", ("armdrive.arm", "armdrive.programs", "armdrive.sim")),
+    (
+        "status --port /dev/none --dialect grbl",
+        ("armdrive.sim", "armdrive.programs", "can", "lark"),
+    ),
+)
 """Commands of one process, each with what is not loaded yet when it has ended."""
+
+
+def test_a_command_loads_nothing_that_only_others_need(tmp_path):
+    program = (
+        "import contextlib, sys\nfrom armdrive.cli import main\n"
+        "for words in sys.argv[1:]:\n"
+        "    with contextlib.suppress(SystemExit):\n"
+        "        main(words.split())\n"
+        "    print('loaded', *sys.modules, file=sys.stderr)"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program, *(words for words, _ in LEFT_OUT)],
+        capture_output=True, text=True, check=True, stdin=subprocess.DEVNULL,
+        env={**os.environ, "ARMDRIVE_HOME": str(tmp_path)},
+    )  # fmt: skip
+    told = [line.split() for line in ended.stderr.splitlines() if line.startswith("loaded ")]
+    for (words, spared), loaded in zip(LEFT_OUT, told, strict=True):
+        assert "armdrive.cli.runner" in loaded
+        others = tuple(f"{each}." for each in spared)
+        assert [name for name in loaded if f"{name}.".startswith(others)] == [], words
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no shell that closes streams")
