@@ -15,7 +15,7 @@ from typing import NoReturn, TypeAlias
 from armdrive.dialects.bus.drives import shared_words
 from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
-from armdrive.dialects.mks.drive import MksDrive, obeys_bus, setting_of
+from armdrive.dialects.mks.drive import MksDrive, obeys_bus
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
 from armdrive.dialects.mks.stops import MksStops, pushing_words
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
@@ -34,9 +34,7 @@ from firmware_protocol.mks import (
     ReadStall,
     ReadState,
     ReadVersion,
-    ReplyMode,
     SetMode,
-    SetReplies,
     SettingRead,
     SilenceWatchdog,
     StallRead,
@@ -371,8 +369,9 @@ class MksContact:
         yield from self.adopt_positions()
         if stalled := (yield from inquiry.stalled(io.drives)):
             raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
-        if unfit := (yield from self._unfit_words()):
-            raise Obstructed(unfit)
+        for drive in io.drives:  # before any is switched on: else some would hold, others not
+            if words := (yield from inquiry.mode_words(drive)):
+                raise Obstructed(words)
         yield from self._command(Enable(on=True), "ENABLE")
         if off := (yield from inquiry.off(io.drives)):
             raise Obstructed(f"{off[0]} does not switch its motor on")
@@ -401,23 +400,17 @@ class MksContact:
         return [drive for drive in io.drives if answers.get(drive) != self._watchdog_read]
 
     def _watch(self) -> MksScript[bool]:
-        """Switch on the watchdog of every drive; return whether it is certainly on in all."""
-        io, timeout = self._io, self._watchdog
-        if not self._watchable:
-            return False
-        # A drive keeps it in a memory that wears out, and may be deaf while it writes there.
-        other = yield from self._unwatched()
-        if not other:
-            return True
-        found = yield from io.ask(dict.fromkeys(other, timeout), text="WATCHDOG")
-        if not all(is_done(found.get(drive)) for drive in other):
-            return False
-        fits = (None, SettingRead(timeout.code, None), self._watchdog_read)
-        for _ in range(TRIES):  # a late answer to the setting looks like its value
-            answers = yield from io.read(ReadSetting(timeout.code))
-            if all(answers.get(drive) in fits for drive in io.drives):
+        """Switch on the watchdog of every drive; return whether it is certainly on in all.
+
+        A drive keeps it in a memory that wears out, so it is written only where it differs.
+        """
+        io = self._io
+        for _ in range(TRIES if self._watchable else 0):
+            other = yield from self._unwatched()
+            if not other:
                 return True
-        return False
+            yield from io.ask(dict.fromkeys(other, self._watchdog), text="WATCHDOG")
+        return not (yield from self._unwatched())
 
     def _command(self, message: Message, text: str) -> MksScript[None]:
         """Send every drive a command that is safe to repeat.
@@ -428,38 +421,13 @@ class MksContact:
         began_s = io.now_s
         found = yield from io.ask(dict.fromkeys(io.drives, message), text=text)
         if missing := [drive for drive in io.drives if drive not in found]:
-            why = yield from self._silence_words(missing)
-            raise Obstructed(why or io.absence(missing, began_s))
+            silent = yield from io.look(missing)
+            replies = f"{missing[0]} {REPLIES_OFF}"
+            raise Obstructed(io.absence(missing, began_s) if silent else replies)
         for drive, reply in found.items():
             if not is_done(reply):
                 why = yield from self._inquiry.mode_words(drive)
                 raise Obstructed(why or f"{drive} refused {text}: {NO_SUCH_ORDER}")
-
-    # -- settings -----------------------------------------------------------------------------
-    #
-    # Modes and replies are read before any motor is switched on: else some would hold, others not.
-
-    def _unfit_words(self) -> Words:
-        """Return which drive's settings prevent switching it on; empty if none do."""
-        for drive in self._io.drives:
-            if words := (yield from self._inquiry.mode_words(drive)):
-                return words
-        return (yield from self._mute_words(self._io.drives))
-
-    def _silence_words(self, missing: Sequence[MksDrive]) -> Words:
-        """Return why drives did not answer an order; empty if they answer nothing else either."""
-        if words := (yield from self._mute_words(missing)):
-            return words
-        silent = yield from self._io.look(missing)
-        return "" if silent else f"{missing[0]} {REPLIES_OFF}"
-
-    def _mute_words(self, drives: Collection[MksDrive]) -> Words:
-        if not self._io.can(Ability.READ_SETTINGS):
-            return ""
-        found = yield from self._io.read(ReadSetting(Code.REPLIES), drives)
-        none = SetReplies(ReplyMode.NONE)
-        off = [drive for drive, answer in found.items() if setting_of(answer) == none]
-        return f"{off[0]} {REPLIES_OFF}" if off else ""
 
     # -- faults -------------------------------------------------------------------------------
 

@@ -64,8 +64,8 @@ SLOW_RPM = 3
 # The drives of a joint may still be making up for what they were behind this long ago.
 CATCH_UP_S = 0.3
 # How long a drive that stands short of its target is waited for before it gets its order again: the
-# order may have been lost. After so many orders it is blocked.
-SHORT_S, SHORT_ORDERS = 0.1, 3
+# order may have been lost.
+SHORT_S = 0.1
 # How much later than expected a motion may end.
 PATIENCE_S = 1.0
 # The last drive of a burst starts at most this much after the first.
@@ -371,22 +371,21 @@ class MksMotion:
         blocked.
         """
         io = self._io
-        left = {drive: 0 for drive in io.drives if drive.moving}
-        ordered_s = dict.fromkeys(left, io.now_s)
+        left = {drive: io.now_s for drive in io.drives if drive.moving}  # when it got its order
         end_s = io.listened.s + lasts_s + PATIENCE_S
         while left:
             if (ended := (yield from self._interrupted(expected, released))) is not None:
                 return ended
             for drive in tuple(left):
                 sure = not (drive.questions.owes or drive.doubts)  # else it may have restarted
-                short = sure and drive.stands(ordered_s[drive], SHORT_S) and not drive.is_near
+                short = sure and drive.stands(left[drive], SHORT_S) and not drive.is_near
                 if sure and drive.is_near and drive.stands(-math.inf, STOP_POLL_S / 2.0):
                     drive.stand(io.now_s)
                     del left[drive]
-                elif io.listened.s > end_s or (short and left[drive] >= SHORT_ORDERS):
+                elif io.listened.s > end_s:
                     return (yield from self._failed(off_path(drive, drive.target)))
                 elif short and drive.order is not None:
-                    left[drive], ordered_s[drive] = left[drive] + 1, io.now_s
+                    left[drive] = io.now_s
                     io.send(drive, drive.order)
             if left:
                 yield from io.hear(self._poll(STOP_POLL_S))

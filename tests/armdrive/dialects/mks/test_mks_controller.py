@@ -38,14 +38,12 @@ from firmware_protocol.mks import (
     COUNTS_S_PER_RPM,
     Calibrate,
     Code,
-    Enable,
     Home,
     HomingState,
     Mode,
     RunAtSpeed,
     SetStallProtection,
     SilenceWatchdog,
-    decode_request,
     encode,
     slope_of,
 )
@@ -83,13 +81,6 @@ def test_abilities_are_those_of_the_oldest_firmware(firmware, settings, taken_fo
     assert bench.do(ReadSettings()).firmware == taken_for
     assert bench.controller.abilities.queued_segments == queued
     assert bench.controller.abilities.coordinated == bool(queued)
-
-
-def test_frames_that_are_lost_now_and_then_are_asked_for_again():
-    bench = MksBench(starts=STARTS)
-    count = iter(range(10_000))
-    bench.loses = lambda frame, host: next(count) % 7 == 3
-    assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
 
 
 def left_by_an_earlier_program(request_) -> MksBench:
@@ -142,15 +133,6 @@ def test_a_stop_ends_that_wait(request_):
     bench.check_stands()
 
 
-def test_a_reset_stops_a_drive_that_homes():
-    bench = MksBench().ready()
-    bench.node(1).sim.motor.switch.at = 10**9
-    bench.node(1).receive(encode(1, Home()))
-    assert bench.do(ClearFault()) == Done()
-    assert bench.positions[0] < 40_000
-    bench.check_stands()
-
-
 def test_a_drive_that_does_not_obey_the_stop_is_named():
     bench = left_by_an_earlier_program(Home())
     bench.loses = lambda frame, host: host and frame.data[0] == Code.EMERGENCY_STOP
@@ -196,19 +178,6 @@ def test_switching_on_sets_the_watchdog_and_reads_it_back():
     assert bench.positions == Motors(STARTS)
 
 
-def test_nothing_is_said_while_nothing_is_asked():
-    bench = MksBench().ready()
-    before = len(bench.sent)
-    bench.run(5.0)
-    assert len(bench.sent) == before
-
-
-def test_firmware_without_a_watchdog_is_never_asked_for_one():
-    bench = MksBench((1, 0, 8)).ready()
-    assert not bench.controller.watched
-    assert 0x98 not in {frame.data[0] for _, frame in bench.sent}
-
-
 def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
     bench = MksBench()
     bench.node(4).stall()
@@ -217,14 +186,6 @@ def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
     assert "reset" in words
     assert isinstance(bench.do(ClearFault()), Done)
     bench.ready()
-
-
-def test_switching_off_lets_every_motor_go():
-    bench = MksBench().ready()
-    assert isinstance(bench.do(DropCurrent()), Done)
-    assert not any(node.sim.enabled for node in bench.nodes)
-    frames = [decode_request(frame) for _, frame in bench.sent]
-    assert Enable(on=False) in frames
 
 
 def test_an_encoder_that_trembles_is_no_motion():

@@ -65,7 +65,7 @@ HELD_UP = [partial(held, sides=sides) for sides in (BOTH, ORDERS, ANSWERS)]
 @each_value(
     "late, for_s, after_s, starts",
     [*HELD_UP, send_late, suspended],
-    [0.12, 0.3, 0.9],
+    [0.12, 0.9, 0.3],
     [0.01, 0.42, 0.9],
     [FAR_FROM_ZERO, NEAR_ZERO],
 )
@@ -409,6 +409,19 @@ def test_a_drive_that_missed_orders_makes_up_for_it():
     )
     check_done(bench)
     assert bench.positions[:2] == (90_000, 10_000)
+
+
+def test_drives_whose_ramps_are_gentle_are_not_blamed():
+    check_done(begun(straight(12, (3000, -1500, 900, 0, 0, 0)), acceleration=200))
+
+
+def test_a_drive_that_is_a_little_slow_is_steered_by_its_readings():
+    bench = begun(straight(20, (3000, -3000, 0, 0, 0, 0)))
+    flash = bench.node(1).sim.flash
+    rpm_of = flash.rpm_of
+    flash.rpm_of = lambda rpm: rpm_of(rpm) * 0.95
+    check_done(bench)
+    assert bench.positions[:2] == (110_000, -10_000)
 
 
 # -- at rest ---------------------------------------------------------------------------------------

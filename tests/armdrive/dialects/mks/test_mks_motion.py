@@ -15,7 +15,6 @@ from mks_bench import (
     SEGMENT_S,
     MksBench,
     along,
-    check_halted,
     off_path,
     requests,
     segments,
@@ -157,17 +156,6 @@ def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s, moves):
     bench.run(bound.silent_s)
     bench.check_stands()
     assert bench.now_s > died_s
-
-
-@pytest.mark.parametrize("settings", [{}, BURSTS])
-def test_a_program_that_was_suspended_stops_and_blames_no_drive(settings):
-    bench = MksBench(settings=settings).ready()
-    bench.begin(along(straight(20)) if not settings else straight(1)[0])
-    bench.run(0.05)
-    bench.dead = True
-    bench.run(2.0)
-    bench.dead = False
-    check_halted(bench)
 
 
 def test_the_drives_watchdog_stops_what_was_sent_far_ahead():

@@ -70,12 +70,6 @@ class TestMoving:
         assert said(bench.ask(1, request_, 2.0)) == CARRIED_OUT
         assert bench.counts(1) == counts
 
-    def test_microsteps_are_what_pulses_and_speeds_are_measured_in(self, bench):
-        bench.ask(1, mks.SetMicrosteps(8))
-        bench.ask(1, mks.MoveRelativePulses(1600, 60, 0), 2.0)
-        assert bench.counts(1) == TURN
-        assert bench.time_of(DONE) == pytest.approx(0.01 + 0.5, abs=2 * LATE_S)
-
     def test_a_run_goes_on_until_it_is_stopped_by_a_ramp(self, bench):
         bench.ask(1, mks.RunAtSpeed(-600, 240), 0.8)
         assert bench.state(1) is mks.MotorState.FULL_SPEED
@@ -152,18 +146,6 @@ class TestHolding:
         bench.ask(2, mks.MoveAbsoluteAxis(0, 60, 200), 2.0)
         assert bench.world.motors[1] == there[1] - fallen
 
-    def test_pushed_against_its_drives_the_arm_comes_back(self, bench):
-        there = bench.world.motors
-        bench.run(0.1)
-        bench.device.push((0, 4000, 0, 0, 0, 0))
-        bench.run(0.1)
-        assert bench.world.motors == there
-        bench.ask(2, mks.Enable(False))
-        low = bench.counts(2)
-        bench.device.push((0, 4000, 0, 0, 0, 0))
-        bench.run(0.1)
-        assert bench.counts(2) == low + 4000
-
 
 class TestStalls:
     def test_a_stalled_drive_says_so_and_lets_its_shaft_go(self, bench):
@@ -234,19 +216,6 @@ class TestSwitches:
         assert said(bench.ask(1, mks.Home(), 8.0)) == CARRIED_OUT
         assert bench.world.joints.deg["base"] == pytest.approx(93.0, abs=0.01)
         assert bench.counts(1) == 0
-
-    def test_a_pressed_switch_ends_what_leads_into_it(self):
-        homed = HomingSettings(Joints.of(3.6, 70, -95, -35, 0), 20.0)
-        bench = Bench(config=arm_config(homed), limits=True)
-        heard = bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 2.0)
-        assert said(heard) == [STARTED, LIMIT_STOP]
-        assert bench.time_of(LIMIT_STOP) == pytest.approx(0.5, abs=LATE_S)
-        assert bench.counts(1) == TURN // 2
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0), 1.0)) == [
-            STARTED,
-            LIMIT_STOP,
-        ]
-        assert said(bench.ask(1, mks.MoveAbsoluteAxis(0, 60, 0), 1.0)) == CARRIED_OUT
 
 
 class TestPower:
