@@ -286,6 +286,9 @@ def read_status(line: str) -> StatusReport:
         if len(values) != len(attributes) or attributes[0] in found:
             raise RemoteProtocolError(f"a status report has '{part[:48]}'")
         found.update(zip(attributes, values, strict=True))
+    if "machine_position" in found and any(other.startswith("WPos:") for other in others):
+        # GRBL reports one position or the other; Smoothieware reports both
+        raise RemoteProtocolError("a status report has both positions, as GRBL's have not")
     try:
         return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
     except LocalProtocolError as error:  # the board chose the values

@@ -364,7 +364,6 @@ def test_an_echo_is_what_was_sent_in_its_order(sent, heard, echoed):
     ("key", "value", "named"),
     [
         (13, 1.0, "reports in inches"),
-        (10, 0.0, "what reports contain"),
         (10, 1.0, "what reports contain"),
         (100, 250.0, "steps per unit of X"),
         (104, 80.0, "steps per unit of B"),
@@ -384,6 +383,12 @@ def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, v
         with pytest.raises(SettingsDiffer, match=named):
             move()
     assert board.world.motors == before
+
+
+def test_a_board_that_reports_the_work_position_is_refused_with_the_line_to_send():
+    board = made("grbl")
+    board.board.settings.values[10] = 0.0
+    assert "its reports lack the machine position: send `$10=3`" in refused("grbl", SimPort(board))
 
 
 def test_a_new_board_differs_in_many_settings_and_three_are_named():
