@@ -6,6 +6,7 @@ All angles in rad.
 from __future__ import annotations
 
 import math
+import random
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
@@ -193,44 +194,20 @@ def all_fitted(
     return tuple(found)
 
 
-# Postures spread evenly over the ranges of joints, to see what an arm reaches.
+# Postures all over the ranges of joints, to see what an arm reaches.
 
 # Corners of the joint limits that are sampled: all of them, of up to eight joints.
 MOST_CORNERS = 256
 
 
-@dataclass(frozen=True, slots=True)
-class Spread:
-    """`count` postures spread over the spans of joints, the same at every call, and the corners.
-
-    The posture of number n takes of each span the fraction of 0.5 + n * step (M. Roberts, "The
-    unreasonable effectiveness of quasirandom sequences", 2018): the steps are powers of a
-    generalised golden ratio, so that no posture is near another. `corners` are postures with
-    every joint at one of its ends.
-    """
-
-    spans: tuple[Span, ...]
-    steps: tuple[float, ...]
-    corners: tuple[tuple[float, ...], ...]
-    count: int
-
-    def postures(self) -> Iterator[tuple[float, ...]]:
-        """Yield the corners, then the postures by their numbers."""
-        yield from self.corners
-        for number in range(1, self.count + 1):
-            yield tuple(
-                low + (high - low) * ((0.5 + number * step) % 1.0)
-                for (low, high), step in zip(self.spans, self.steps, strict=True)
-            )
+def corners_of(spans: Sequence[Span]) -> tuple[tuple[float, ...], ...]:
+    """Return the postures with every joint at one of its ends; none of too many joints."""
+    return tuple(product(*spans)) if 2 ** len(spans) <= MOST_CORNERS else ()
 
 
-def spread_over(spans: Sequence[Span], count: int) -> Spread:
-    """Return how `count` postures are spread. Raises `KinematicsError` for a count below 1."""
-    if count < 1:
-        raise KinematicsError(f"at least one posture must be sampled, not {count}")
-    ratio = 2.0
-    for _ in range(64):  # towards the root of ratio^(joints + 1) = ratio + 1
-        ratio = (1.0 + ratio) ** (1.0 / (len(spans) + 1))
-    steps = tuple(ratio**-number for number in range(1, len(spans) + 1))
-    corners = tuple(product(*spans)) if 2 ** len(spans) <= MOST_CORNERS else ()
-    return Spread(tuple(spans), steps, corners, count)
+def sampled(spans: Sequence[Span], count: int) -> Iterator[tuple[float, ...]]:
+    """Yield the corners, then this many random postures, the same at every call."""
+    yield from corners_of(spans)
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    for _ in range(count):
+        yield tuple(draw.uniform(low, high) for low, high in spans)

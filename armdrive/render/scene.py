@@ -25,7 +25,7 @@ from kinematics.five_axis.workspace import section
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards import Guards
 from kinematics.guards.shapes import Box
-from kinematics.limits import spread_over
+from kinematics.limits import sampled
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 
@@ -253,7 +253,7 @@ def _farthest(arm: ArmGeometry) -> tuple[tuple[float, float], ...]:
     Distances are measured from the base axis. Every call samples the same postures.
     """
     spans = [(one.low_rad, one.high_rad) for one in arm.limits]
-    tips = [_tip(arm, angles) for angles in spread_over(spans, _POSTURES).postures()]
+    tips = [_tip(arm, angles) for angles in sampled(spans, _POSTURES)]
     heights = [z for _, z in tips]
     low, high = min(heights), max(heights)
     size = max((high - low) / _LEVELS, 1e-9)

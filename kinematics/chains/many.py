@@ -18,7 +18,7 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.generated import functions_of, place_source
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
-from kinematics.limits import Span, Spread, spread_over
+from kinematics.limits import Span, corners_of
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -31,36 +31,30 @@ def reach_maps(
 ) -> list[Array]:
     """Return places that the tool was brought to, for each plane one of each of its cells: (N, 2).
 
-    The postures are those of `spread_over` for the joint limits. A plane is two of x, y and z by
-    their numbers, 0, 1 and 2; the larger side of the reach in it is cut into `cells`. The places
-    furthest along each axis are among them. Raises as `spread_over` and `spans_of` do.
+    The postures are random ones within the joint limits, the same at every call, and the corners of
+    the limits. A plane is two of x, y and z by their numbers, 0, 1 and 2; the larger side of the
+    reach in it is cut into `cells`. The places furthest along each axis are among them. Raises
+    `KinematicsError` for a sliding joint without limits.
     """
-    spread = spread_over(spans_of(chain), count)
-    tips = _tips(chain, _blocks(spread), len(spread.corners) + count)
+    spans = tuple(_span(chain, index) for index in range(len(chain)))
+    place = _place(chain)
+    tips = np.concatenate(
+        [
+            np.stack([np.broadcast_to(each, block.shape[1]) for each in place(block)[0]], axis=1)
+            for block in _blocks(spans, count)
+        ]
+    )
     return [_one_of_each_cell(tips[:, across], tips[:, up], cells) for across, up in planes]
 
 
-def _blocks(spread: Spread) -> Iterator[Array]:
-    """Yield what `Spread.postures` does, a block of postures at a time, a row for each joint."""
-    if spread.corners:
-        yield np.array(spread.corners).T
-    lows, highs = np.array(spread.spans).T[:, :, None]
-    step = np.array(spread.steps)[:, None]
-    for first in range(1, spread.count + 1, BLOCK):
-        numbers = np.arange(float(first), min(first + BLOCK, spread.count + 1))
-        yield lows + (highs - lows) * ((0.5 + numbers * step) % 1.0)
-
-
-def _tips(chain: Chain, blocks: Iterator[Array], count: int) -> Array:
-    place, tips = _place(chain), np.empty((3, count))
-    start = 0
-    for values in blocks:
-        end = start + values.shape[1]
-        (found,) = place(values)
-        for axis, coordinate in enumerate(found):
-            tips[axis, start:end] = coordinate
-        start = end
-    return tips.T
+def _blocks(spans: Sequence[Span], count: int) -> Iterator[Array]:
+    """Yield blocks of postures, a row for each joint."""
+    if corners := corners_of(spans):
+        yield np.array(corners).T
+    lows, highs = np.array(spans).T[:, :, None]
+    draw = np.random.default_rng(1)
+    for first in range(0, count, BLOCK):
+        yield draw.uniform(lows, highs, (len(spans), min(BLOCK, count - first)))
 
 
 def _place(chain: Chain) -> Callable[[Array], Sequence[Sequence[Array]]]:
@@ -72,24 +66,13 @@ def _place(chain: Chain) -> Callable[[Array], Sequence[Sequence[Array]]]:
 
 
 def _one_of_each_cell(across: Array, up: Array, cells: int) -> Array:
-    axes = across, up  # one after the other: numpy is twice as quick in a single long row
-    size = max(float(axis.max() - axis.min()) for axis in axes) / cells or 1.0
-    columns, rows = (
-        np.minimum((axis - axis.min()) / size, cells - 1).astype(np.intp) for axis in axes
-    )
-    first = np.full(cells * cells, -1)
-    first[columns * cells + rows] = np.arange(len(across))
+    axes = across, up
+    size = max(float(np.ptp(axis)) for axis in axes) / cells or 1.0
+    columns, rows = (np.minimum((axis - axis.min()) // size, cells - 1) for axis in axes)
+    _, first = np.unique(columns * cells + rows, return_index=True)
     ends = [end for axis in axes for end in (axis.argmin(), axis.argmax())]
-    found = np.unique([*first[first >= 0], *ends])
+    found = np.unique([*first, *ends])
     return np.stack((across[found], up[found]), axis=1)
-
-
-def spans_of(chain: Chain) -> tuple[Span, ...]:
-    """Return the joints' limits; a joint that turns without end takes one turn.
-
-    Raises `KinematicsError` for a sliding joint without limits.
-    """
-    return tuple(_span(chain, index) for index in range(len(chain)))
 
 
 def _span(chain: Chain, index: int) -> Span:

@@ -22,16 +22,11 @@ from hypothesis import strategies as st
 from kinematics.chains.chain import Chain, table_text
 from kinematics.chains.generated import generated
 from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
-from kinematics.chains.many import BLOCK, reach_maps, spans_of
+from kinematics.chains.many import reach_maps
 from kinematics.errors import KinematicsError
 from kinematics.frames.rotations import rot_x, rot_z
 from kinematics.frames.transforms import compose, invert, position_of, transform, translation
 from kinematics.frames.vectors import cross, distance, norm, subtract
-from kinematics.limits import spread_over
-from kinematics.presets import PRESETS
-from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.systems.mini_movers import MINI_MOVER as BUILD
-from kinematics.textbook.systems.mini_movers import with_arm
 
 ORIGIN = (0.0, 0.0, 0.0)
 TURNS, SLIDES = JointKind.REVOLUTE, JointKind.PRISMATIC
@@ -158,49 +153,22 @@ def test_the_source_is_straight_line_arithmetic(chain):
     assert called <= {"sin", "cos"}
 
 
-# Places that chains reach, from some thousand postures and from a million.
-
-REAL_ARMS = {
-    **{name: with_arm(BUILD, PRESETS[name].arm).chain() for name in ("minimover5", "alpha2")},
-    "puma": SYSTEMS["puma"].chain(),
-}
-
-
-def spread(chain, count):
-    return list(spread_over(spans_of(chain), count).postures())
-
-
-def sampled(chain, count):
-    """The tips of the spread postures, one by one."""
-    fk = generated(chain).fk
-    return np.array([position_of(fk(posture)) for posture in spread(chain, count)])
+# Places that chains reach, from a million postures.
 
 
 def test_a_reach_without_end_is_refused():
-    endless = Chain((DHLink(kind=JointKind.PRISMATIC),))
-    for take in (spans_of, lambda chain: reach_maps(chain, ((0, 1),), 10, 10)):
-        with pytest.raises(KinematicsError, match="slides without limits"):
-            take(endless)
-    with pytest.raises(KinematicsError, match="at least one posture"):
-        spread_over(spans_of(Chain((DHLink(),))), 0)
+    with pytest.raises(KinematicsError, match="slides without limits"):
+        reach_maps(Chain((DHLink(kind=JointKind.PRISMATIC),)), ((0, 1),), 10, 10)
 
 
-@every_row("arm", REAL_ARMS.values(), ids=REAL_ARMS)
-def test_a_map_shows_one_place_of_each_cell_and_how_far_the_arm_reaches(arm):
-    cells, count, planes = 40, BLOCK + 900, ((0, 2), (0, 1), (1, 2))
-    places = sampled(arm, count)
-    for plane, found in zip(planes, reach_maps(arm, planes, count, cells), strict=True):
-        tips = places[:, plane]
-        low, high = tips.min(axis=0), tips.max(axis=0)
-        np.testing.assert_allclose(found.min(axis=0), low, atol=1e-9)
-        np.testing.assert_allclose(found.max(axis=0), high, atol=1e-9)
-        size = (high - low).max() / cells
-        shown, reached = cells_of(found, low, size, cells), cells_of(tips, low, size, cells)
-        assert len(shown ^ reached) <= 2  # a place on the rim of two cells is in either
-        assert len(found) <= len(shown) + 4
-        for place in found[::50]:
-            assert np.abs(tips - place).max(axis=1).min() < 1e-9
-
-
-def cells_of(places, low, size, cells):
-    return {tuple(cell) for cell in np.minimum((places - low) / size, cells - 1).astype(int)}
+def test_a_map_shows_one_place_of_each_cell_of_a_ring_and_how_far_it_reaches():
+    cells, ring = 40, Chain((DHLink(a_mm=200.0), DHLink(a_mm=150.0)))
+    found, edge = reach_maps(ring, ((0, 1), (0, 2)), 20_000, cells)
+    radii = np.hypot(*found.T)
+    assert 50.0 - 1e-9 <= radii.min() < 55.0
+    assert 345.0 < radii.max() <= 350.0 + 1e-9
+    size = np.ptp(found, axis=0).max() / cells
+    shown = {tuple(cell) for cell in ((found - found.min(axis=0)) // size).tolist()}
+    assert len(shown) <= len(found) <= len(shown) + 4
+    assert len(found) > 0.9 * math.pi * (350**2 - 50**2) / size**2
+    assert set(edge[:, 1]) == {0.0}
