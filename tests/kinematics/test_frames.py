@@ -8,7 +8,6 @@ from amounts import every_row
 from chain_cases import any_angle, directed, gap, rotations, transforms, turn_gap, vectors
 from hypothesis import given
 from hypothesis import strategies as st
-from kinematics_cases import Dual
 
 from kinematics import (
     RPY,
@@ -35,17 +34,13 @@ from kinematics.frames.rotations import (
     multiply,
     rot_x,
     rot_y,
-    rot_z,
     rotation_between,
     transpose,
 )
 from kinematics.frames.transforms import (
     IN_PLACE,
     compose,
-    invert,
-    transform,
     transform_point,
-    translation,
 )
 from kinematics.frames.user_frame import UserFrame
 from kinematics.frames.vectors import (
@@ -321,36 +316,3 @@ def test_whole_quarter_turns_are_exact(quarters, off):
     assert (cosine, sine) == pytest.approx(
         (math.cos(quarters * math.pi / 2), math.sin(quarters * math.pi / 2)), abs=1e-12
     )
-
-
-def slopes(rows):
-    return [[entry.slope if isinstance(entry, Dual) else 0.0 for entry in row] for row in rows]
-
-
-def differences(make, angle, step=1e-6):
-    ahead, behind = make(angle + step), make(angle - step)
-    return [
-        [(a - b) / (2.0 * step) for a, b in zip(*rows, strict=True)]
-        for rows in zip(ahead, behind, strict=True)
-    ]
-
-
-def makers():
-    yield rot_x
-    yield rot_y
-    yield rot_z
-    yield lambda a: multiply(rot_x(a), rot_y(2.0 * a), rot_z(a))
-    yield lambda a: RPY(a, 0.3, 2.0 * a).rotation()
-    yield lambda a: EulerZYZ(a, a, 0.2).rotation()
-    yield lambda a: AxisAngle((1.0, 2.0, 2.0), a).rotation()
-    yield lambda a: compose(transform(rot_x(a), (1.0, 2.0, 3.0)), translation(10.0 * a, 0.0, 5.0))
-    yield lambda a: invert(transform(rot_x(a), (a, 2.0, 3.0)))
-    yield lambda a: (transform_point(transform(rot_z(a), (a, 0.0, 0.0)), (a, 1.0, 2.0)),)
-
-
-@pytest.mark.parametrize("make", makers())
-@given(angle=any_angle)
-def test_a_matrix_of_dual_numbers_is_the_matrix_and_its_derivative(make, angle):
-    found = slopes(make(Dual(angle, 1.0)))
-    expected = differences(make, angle)
-    assert gap(found, expected) < 1e-6
