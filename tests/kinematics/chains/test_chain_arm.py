@@ -18,6 +18,7 @@ from named_arms import calibrated
 from kinematics import (
     Joints,
     Pose,
+    Unreachable,
     first_violation,
     nearest_allowed,
     preset,
@@ -90,3 +91,10 @@ def test_a_straight_elbow_can_be_left(arm):
     found = arm.solve_near(moved(arm.fk(straight), (-0.5, 0.0, 0.0)), straight)
     assert found is not None
     assert found[2] < -0.05
+
+
+def test_a_small_step_never_turns_the_wrist_over():
+    nearly_straight = PUMA.joints_of((0.3, -0.8, 1.1, 0.4, 0.03, -0.5))
+    goal = moved(PUMA.fk(nearly_straight), (-20.0, 20.0, 0.0))
+    with pytest.raises(Unreachable, match="because the posture is singular here"):
+        PUMA.ik_near(goal, nearly_straight)

@@ -132,6 +132,15 @@ def test_a_straight_wrist_keeps_joint_4_of_the_present_posture(chain):
     assert other == pytest.approx((*values[:3], 0.9, 0.0, -1.0), abs=1e-7)
 
 
+@every_row("name", ["Mini-mover", "SCORBOT"])
+@every_row("hanging", [-math.pi / 2, math.pi / 2])
+def test_five_joints_with_a_vertical_hand_are_found_from_anywhere(name, hanging):
+    chain = ARMS[name]
+    values = (0.4, 0.7, -0.9, hanging + 0.2, 0.3)
+    found = closed_form(chain).branches(frame_goal(chain.fk(values)), (1.5,) * 5)
+    assert min(turn_gap(one, values) for one in found) < 1e-6
+
+
 @every_row("bent", [0.0, 1e-13, 1e-11, 1e-9, 1e-7, 1e-4, 1e-2])
 def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
     values = (0.3, -0.8, 1.1, 0.4, bent, -0.5)
