@@ -171,41 +171,40 @@ def _hardest(length: float, cells: Sequence[Cell]) -> Cell:
 # The parameter's speed is at most 1. Squared speed changes linearly along the path under constant
 # acceleration. Where a cell bends, the share of the acceleration that the bend uses is assumed
 # always to add to speeding up or braking; so no limit is exceeded, and a little speed is given away
-# in curves.
+# in curves, and where speeding up ends.
 #
 # Source: the passes are those of Kunz and Stilman, Time-Optimal Trajectory Generation for Path
 # Following with Bounded Acceleration and Velocity (RSS 2012), with the two terms of an acceleration
 # kept apart, so that the path is passable everywhere.
 
-# A squared speed may exceed the top speed of 1 by this much because of rounding.
-PASS_ROUNDING = 1e-12
+# The longest part of a cell, in s at full speed, in which the acceleration is constant: speeding up
+# and braking end with such a part.
+FINEST_S = 0.02
 
 
 def quickest(cells: Sequence[Cell], whole: float) -> Profile:
     """Return the profile of the parameter over all cells, whose lengths add up to the whole."""
-    squares = _squares(cells)
+    parts: list[Cell] = []
+    for cell in cells:
+        count = math.ceil(cell.length / FINEST_S)
+        parts += [cell._replace(length=cell.length / count)] * count
+    caps = [1.0 / max(1.0, *part.bends) for part in parts]  # of the squared speed
+    borders = [0.0, *map(min, caps, caps[1:]), 0.0]
+    _pass(parts, borders)
+    borders.reverse()
+    _pass(parts[::-1], borders)
+    borders.reverse()
     phases: list[Phase] = []
     distance = 0.0
-    for cell, (before, behind) in zip(cells, pairwise(squares), strict=True):
-        for phase in _through(cell, before, behind, distance):
-            if phases and phase.steady and phases[-1].steady and phase.speed == phases[-1].speed:
-                longer_s = phases[-1].duration_s + phase.duration_s
-                phases[-1] = phases[-1]._replace(duration_s=longer_s)
-            else:
-                phases.append(phase)
-        distance += cell.length
+    for part, (before, behind) in zip(parts, pairwise(borders), strict=True):
+        start, change = sqrt(before), 0.5 * (behind - before) / part.length
+        duration_s = 2.0 * part.length / (start + sqrt(behind))
+        if phases and phases[-1].steady and change == 0.0:
+            phases[-1] = phases[-1]._replace(duration_s=phases[-1].duration_s + duration_s)
+        else:
+            phases.append(Phase(duration_s, distance, start, change, 0.0))
+        distance += part.length
     return Profile(tuple(phases), whole)
-
-
-def _squares(cells: Sequence[Cell]) -> list[float]:
-    """Return the largest squared speed at each border between cells; 0 at both ends of the path."""
-    caps = [min(1.0, _inverse(max(cell.bends, default=0.0))) for cell in cells]
-    borders = [0.0, *map(min, caps, caps[1:]), 0.0]
-    _pass(cells, borders)
-    borders.reverse()
-    _pass(cells[::-1], borders)
-    borders.reverse()
-    return borders
 
 
 def _pass(cells: Iterable[Cell], borders: list[float]) -> None:
@@ -223,49 +222,6 @@ def _pass(cells: Iterable[Cell], borders: list[float]) -> None:
                 gain = min(gain, (1.0 - bend * square) / under)
         square = min(borders[index], square + double * max(gain, 0.0))
         borders[index] = square
-
-
-def _through(cell: Cell, before: float, behind: float, distance: float) -> Iterator[Phase]:
-    """Yield the phases through a cell: up to a speed, at it, and down to the next cell's."""
-    length = cell.length
-    slope = math.inf if before == 1.0 == behind else _slope(cell, before + behind)
-    if slope == math.inf:
-        yield Phase(length, distance, 1.0, 0.0, 0.0)
-        return
-    peak = 0.5 * (before + behind) + slope * length
-    if peak <= max(before, behind) + PASS_ROUNDING:
-        change = 0.5 * (behind - before) / length
-        start, end = sqrt(before), sqrt(behind)
-        yield Phase(2.0 * length / (start + end), distance, start, change, 0.0)
-        return
-    peak = min(peak, 1.0)
-    start, top, end = sqrt(before), sqrt(peak), sqrt(behind)
-    up, down = 0.5 * (peak - before) / slope, 0.5 * (peak - behind) / slope
-    level = length - up - down
-    if up > 0.0:
-        yield Phase((top - start) / slope, distance, start, slope, 0.0)
-    if level > 0.0:
-        yield Phase(level / top, distance + up, top, 0.0, 0.0)
-    if down > 0.0:
-        yield Phase((top - end) / slope, distance + length - down, top, -slope, 0.0)
-
-
-def _slope(cell: Cell, squares: float) -> float:
-    """Return the acceleration for speeding up and braking within a cell.
-
-    The speed is at most that of a peak in its middle: half the sum of the squares at its ends, plus
-    the acceleration times its length.
-    """
-    slope = math.inf
-    for weight, bend in zip(cell.weights, cell.bends, strict=True):
-        under = weight + bend * cell.length
-        if under > 0.0:
-            slope = min(slope, (1.0 - 0.5 * bend * squares) / under)
-    return max(slope, 0.0)
-
-
-def _inverse(value: float) -> float:
-    return 1.0 / value if value > 0.0 else math.inf
 
 
 # A chord that takes less than this at full speed takes no time: its corners differ by rounding.
