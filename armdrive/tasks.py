@@ -134,8 +134,9 @@ class MoveAlong:
     - `segments`: a segment is drawn only when the queue has room for it, so that a jog decides its
       next step at the last moment.
     - `released`: once it is true, the queue is dropped too.
-    - `held_back`: while it is true, no segment is drawn or sent. If the device runs out of segments
-      meanwhile, the reply is `Done` with the number of `unsent` segments.
+    - `held_back`: while it is true, no segment is drawn or sent, except while drives that brake
+      along the path have not come to rest. If the device runs out of segments meanwhile, the reply
+      is `Done` with the number of `unsent` segments.
     - `jog`: use the device's own jogging mode if it has one.
 
     The reply is `Done` after the last segment, or `Halted` if segments were dropped.

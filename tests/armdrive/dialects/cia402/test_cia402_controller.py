@@ -10,6 +10,7 @@ from cia402_rig import Rig, moving, steps
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
+from armdrive.dialects.cia402.drives import Cia402Drive, Trouble
 from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
 from armdrive.status import State
@@ -301,6 +302,26 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
     rig.run(0.5)
     way = rig.positions - there
     assert way.largest <= 20_000 * rig.controller.stopping(0.3).asked_motion_s  # of what lay there
+
+
+def test_a_report_from_before_a_suspension_does_not_hide_that_the_drives_have_stopped():
+    rig = moving(FAR, constant=STAYS_OPERATIONAL)
+    begun_s = rig.now_s
+    while not rig.frames(canopen.Service.SYNC, begun_s):
+        rig.run(0.0001)
+    there = rig.suspend(0.5)  # before the reports of that SYNC were read
+    assert "stopped by itself, and holds" in rig.finish().reason
+    rig.run(0.5)
+    assert rig.positions == there
+
+
+def test_a_drive_that_was_not_enabled_at_a_single_report_has_stopped_by_itself():
+    drive = Cia402Drive(1, "base", 0, 8)
+    drive.watch()
+    for state in (canopen.DriveState.QUICK_STOP, canopen.DriveState.ENABLED):
+        drive.note_word(canopen.Statusword.of(state))
+    assert drive.trouble(on=True, moving=True) is Trouble.STOPPED
+    assert drive.trouble(on=True, moving=False) is None
 
 
 def test_a_stop_goes_before_the_states_that_are_asked_for_after_an_outage():

@@ -112,6 +112,18 @@ def test_a_motion_slows_down_for_a_moment_of_silence_and_does_not_jump_ahead(fai
     assert rig.controller.underruns
 
 
+def test_a_motion_goes_on_slowly_after_an_outage():
+    rig = Rig(QUICK).ready()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.2)
+    rig.suspend(0.14)  # the drives may have stopped by themselves, and have not
+    last = rig.targets(1)[-1][1]
+    while (after := rig.targets(1)[-1][1]) == last:
+        rig.run(0.001)
+    assert after - last < 20_000 * PERIOD_S / 2
+    assert rig.finish() == Done()
+
+
 @pytest.mark.parametrize(
     ("lost", "turns"),
     [
@@ -205,14 +217,21 @@ def test_a_drive_that_brakes_is_not_taken_to_stand(period_ms, window):
     rig.check_stands(0.5)
 
 
-def test_a_released_jog_slows_down_on_its_path():
-    rig = Rig().ready()
-    before, released = rig.positions, [False]
-    rig.begin(MoveAlong(iter(LINE * 4), 1.0, released=lambda: released[0]))
-    rig.run(0.5)
+def test_a_released_jog_slows_down_on_its_path_and_draws_no_more():
+    rig, released, drawn = Rig().ready(), [False], []
+
+    def segments():
+        for each in LINE * 4:
+            drawn.append(each)
+            yield each
+
+    before = rig.positions
+    rig.begin(MoveAlong(segments(), 1.0, released=lambda: released[0]))
+    rig.run(0.58)  # shortly before the end of a segment
     released[0] = True
-    there = rig.positions[0]
+    there, count = rig.positions[0], len(drawn)
     assert rig.finish() == Halted()
+    assert len(drawn) == count
     base, shoulder, *_ = rig.positions - before
     assert abs(base + 2 * shoulder) <= 2
     assert rig.positions[0] - there <= 20_000 * 0.2
