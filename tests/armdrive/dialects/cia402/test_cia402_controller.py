@@ -83,6 +83,16 @@ def test_a_constant_with_another_value_refuses_contact_in_words(constant):
     assert "can only be read" in reply.reason or "cannot be accessed so" in reply.reason
 
 
+def test_a_drive_that_does_not_keep_how_it_stops_refuses_contact(monkeypatch):
+    rig = Rig()
+    store = rig.node(2).objects.store
+    put, forgotten = store.put, canopen.HEARTBEAT_REACTION
+    monkeypatch.setattr(
+        store, "put", lambda entry, value: entry.place == forgotten or put(entry, value)
+    )
+    assert "drive 2 (shoulder) does not keep 3 in object 6007:00" in rig.do(ReadPosition()).reason
+
+
 @pytest.mark.parametrize("missing", ["6007", "1016"])
 def test_drives_that_would_not_stop_without_this_program_move_in_bursts(missing):
     rig = Rig(missing=missing)
@@ -365,7 +375,7 @@ def test_targets_without_a_sync_that_drives_got_before_they_stopped_move_nothing
 
 def test_a_stop_drops_targets_that_were_not_sent_yet():
     """Suspended as it hears: what is thought out with that was not said, and is not on waking."""
-    rig = moving(FAR)
+    rig = moving(FAR, constant=STAYS_OPERATIONAL)
     due_s = rig.controller.next_s()
     rig.controller.receive(pack(canopen.Heartbeat(1, canopen.NodeState.OPERATIONAL).frame), due_s)
     assert rig.controller.next_s() == due_s  # there is something to be said
