@@ -45,7 +45,7 @@ def misdirects(fault: Happening, bench: Bench) -> bool:
 
 STRIKES_S = 0.3
 """How long after the request of a motion a fault strikes an arm that is well under way."""
-LOST, FAULT, SILENT, RESTARTED, OFF = "E407", "E501", "E502", "E718", "E714"
+LOST, FAULT, SILENT, RESTARTED = "E407", "E501", "E502", "E718"
 BURSTS, DRIVES = ("teachmover", "robko01", "armdroid"), ("mks", "cia402")
 PROFILE = "CiA 402 drives in profile position"
 CHECK_ARM = "no answer to .*Check that the arm is switched on"
