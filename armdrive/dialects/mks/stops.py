@@ -88,12 +88,12 @@ class MksStops:
 
     def _send(self, drive: MksDrive, ramp: int, *, hard: bool) -> None:
         io = self._io
-        # drives that home ignore ramps, and fast ones must not do without
+        # fast drives must not do without a ramp; those that home ignore it, and are stopped hard
         hard = hard and abs(drive.speed) / COUNTS_S_PER_RPM <= HARD_STOP_MAX_RPM
-        if (hard or drive.homes) and io.can(Ability.EMERGENCY_STOP):
+        if hard and io.can(Ability.EMERGENCY_STOP):
             io.put(drive, EmergencyStop(), "EMERGENCY STOP")
         else:
-            io.put(drive, Stop(Code.ABSOLUTE_AXIS, 0 if hard or drive.homes else ramp), "STOP")
+            io.put(drive, Stop(Code.ABSOLUTE_AXIS, 0 if hard else ramp), "STOP")
 
     def relieve(self, drives: Collection[MksDrive]) -> MksScript[dict[MksDrive, int]]:
         """Give drives that push their places as targets; return how far off their targets were.

@@ -46,10 +46,12 @@ from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     LATEST,
     Code,
+    EncoderRead,
     Mode,
     MoveAbsoluteAxis,
     Outcome,
     Stop,
+    encode,
 )
 from kinematics import Motors
 
@@ -138,6 +140,13 @@ def test_a_program_that_is_always_late_reads_all_replies(every_s, moves):
             break
     assert isinstance(reply, Done | Registers)
     assert not bench.alerts()
+
+
+def test_one_odd_reading_that_comes_twice_is_no_proof():
+    bench = begun(straight(10), 0.3)
+    odd = pack(encode(1, EncoderRead(COUNTS_PER_TURN)))
+    bench.say(odd, odd)
+    check_done(bench)
 
 
 # -- silence ---------------------------------------------------------------------------------------
