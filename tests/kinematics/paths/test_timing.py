@@ -197,6 +197,21 @@ def test_no_acceleration_is_passed(corners, limits):
             assert abs(b - a) <= limit * apart_s * (1 + 1e-6) + 1e-9
 
 
+def test_a_build_up_brakes_before_the_bend_that_it_must_be_slow_in():
+    straight = [index / 20 for index in range(20)]
+    bend = [1.57 * index / 20 for index in range(21)]
+    corners = [
+        *((x, 0.0) for x in straight),
+        *((1 + 0.05 * math.sin(turn), 0.05 * (1 - math.cos(turn))) for turn in bend),
+        *((1.05, 0.05 + y) for y in straight[1:]),
+    ]
+    path = timed(corners, MotionLimits((1.0, 1.0), (2.0, 2.0), jerk_s=0.3))
+    direction, apart_s = directions(path), path.duration_s / 1000
+    found = [velocity(path, direction, index * apart_s) for index in range(1, 1000)]
+    for before, behind in pairwise(found):
+        assert max(abs(y - x) for x, y in zip(before, behind, strict=True)) <= 2.02 * apart_s
+
+
 @given(any_corners, motion_limits())
 def test_it_passes_every_corner_in_order_and_stays_on_its_chords(corners, limits):
     path = timed(corners, limits)
