@@ -361,12 +361,15 @@ def test_a_motion_that_is_paused_again_and_again_ends_on_the_same_steps():
     assert arm.status.underruns == 0
 
 
-@pytest.mark.parametrize("after_s", [0.08, 0.5][: amount(1, 2)])
+@pytest.mark.parametrize("after_s", [0.06, 0.5][: amount(1, 2)])
 def test_backlash_that_was_to_be_taken_up_is_taken_up_after_the_pause(after_s):
-    arm = arm_with_play("grbl", motion={"planned_burst_s": 0.2})
-    there = arm.joints.deg["base"]
-    arm.move_j(base_deg=there + 8.0)
-    handle = arm.move_j(base_deg=there - 8.0, wait=False)
+    """At first a segment is drawn that has no room yet, and a pause takes it back."""
+    arm = arm_with_play("grbl", motion={"planned_burst_s": 0.1})
+    there = arm.joints.deg
+    arm.move_j(base_deg=there["base"] + 8.0)
+    handle = arm.move_j(
+        base_deg=there["base"] - 12.0, shoulder_deg=there["shoulder"] + 7.0, wait=False
+    )
     arm.sleep(after_s)
     arm.pause()
     arm.sleep(1.0)
