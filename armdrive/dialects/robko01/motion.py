@@ -35,6 +35,7 @@ from armdrive.tasks import (
     Done,
     Halted,
     Progress,
+    ProtocolWarning,
     Registers,
     Reply,
     RequestRejected,
@@ -83,7 +84,9 @@ POLL_S, SLOW_POLL_S = 0.01, 0.1  # polling intervals close to the expected arriv
 MAY_ARRIVE = 0.7  # fraction of the expected duration after which the motors may have arrived
 STILL_LOOKS, STILL_S = 3, 0.03  # standstill: this many equal readings over at least this time
 PROMPT_S = 0.1  # a reading later than this does not show when the motors arrived
-BUSY_S = 2.0  # how long to wait for a busy board
+# How long to wait for a busy board. The slowest axis makes a step in this time: an axis that the
+# board reports as moving for this long without a step hangs.
+BUSY_S = 2.0
 # How long to wait before checking whether a request to the present position moves anything: in
 # this time an AVR board serves each axis twice.
 CHECK_S = 0.02
@@ -162,16 +165,20 @@ class RobkoMotion:
     def _prepare(self, released: Callable[[], bool]) -> Script[HostEvent, Motors | Reply]:
         """Set every top speed to 0 at the present position; return it, or the reason to refuse.
 
-        The driver waits for a busy board.
+        The driver waits for a busy board, and frees a hanging axis once.
         """
-        until_s = self.io.now_s + BUSY_S
+        until_s, first, freed = self.io.now_s + BUSY_S, None, False
         while not self.io.stop_asked and not released():
             start = yield from self._standing()
             rest = MoveAbsolute(Axes(tuple(start)))
             answer = yield from self.exchange.ask(rest, until_stop=True)
             if isinstance(answer, Busy):
-                if self.io.now_s >= until_s:
+                first = start if first is None else first
+                if self.io.now_s >= until_s and (freed or start != first):
                     return RequestRejected("it is still moving", moved=False)
+                if self.io.now_s >= until_s:
+                    yield from self._free(answer.moving)
+                    freed = True
                 yield from self.io.pause(self.io.now_s + POLL_S)
             elif isinstance(answer, Acknowledged):
                 refused = answer.status is not Status.OK
@@ -194,6 +201,16 @@ class RobkoMotion:
             last, seen = seen, (yield from self.exchange.look())
         self.exchange.stood = seen
         return seen
+
+    def _free(self, moving: int) -> Script[HostEvent, None]:
+        """Free axes that hang as "moving" by setting all speeds to 0, which moves nothing.
+
+        Another program leaves them so, and so does a motion of our own that was disturbed between
+        the speed of 0 and the move (campaign, robko01 781000077).
+        """
+        yield from self.exchange.ask(MoveSpeed(STANDSTILL))
+        names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
+        self.io.notify(ProtocolWarning(f"freed axes that a speed of 0 had left hanging: {names}"))
 
     def _check_counts(self, start: Motors) -> Script[HostEvent, Motors | Reply]:
         """Return the start after checking that the board's counters are within 16 bits.

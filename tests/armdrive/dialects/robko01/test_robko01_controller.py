@@ -129,6 +129,18 @@ class TestRequests:
         ramps_s = wanted_hz / 700.0
         assert took_s == pytest.approx((100 / wanted_hz + ramps_s) * (1.0 + error), abs=0.12)
 
+    def test_an_axis_that_another_program_left_hanging_is_freed_and_the_move_made(self):
+        script = enabled()
+        rack = script.device.board.drive.rack
+        rack.move_at(1, 0, 0.0, script.now_s)
+        rack.move_to(1, 50, 100.0, script.now_s)
+        script.now_s += 1.0
+        assert script.ask(MOVE) == Done()
+        assert script.device.registers == Motors((30, 1 - 16, 0, 4, 0, 0))
+        assert [event.text for event in script.oddities] == [
+            "freed axes that a speed of 0 had left hanging: shoulder"
+        ]
+
     def test_a_board_that_another_program_keeps_moving_is_not_freed(self):
         script = enabled()
         script.device.board.drive.rack.move_at(1, 500, 20.0, script.now_s)
