@@ -156,12 +156,12 @@ class Trip:
 
     def expected(self, motor: int, from_s: float) -> tuple[float, float]:
         """Return where a motor may have been since a moment: lowest and highest count."""
-        low = high = self._next[motor]
+        counts = [self._next[motor]]
         for at_s, places in reversed(self._past):
-            low, high = min(low, places[motor]), max(high, places[motor])
+            counts.append(places[motor])
             if at_s < from_s:
                 break
-        return low, high
+        return min(counts), max(counts)
 
     def steer(self) -> RequestRejected | None:
         """Send the orders of the next period; return why a drive cannot take its own."""
