@@ -129,11 +129,6 @@ class DeadMan:
         """The key that is being held, if any."""
         return self._key if self._until_s > -math.inf else None
 
-    @property
-    def gated(self) -> bool:
-        """Whether an event is waiting to see whether a backlog follows."""
-        return self._gate is not None
-
     def arm(self, now_s: float) -> bool:
         """Arm the keys, unless keys are still arriving; return `armed`."""
         if not self._armed and now_s - self._event_s >= ARM_AFTER_QUIET_S:

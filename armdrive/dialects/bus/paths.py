@@ -54,6 +54,26 @@ class PlannedPath:
                 return segment.at(motor, time_s)
         return float(self.end[motor])
 
+    def places(self, time_s: float) -> tuple[float, ...]:
+        """Return where all motors are at a time."""
+        return tuple(self.at(motor, time_s) for motor in range(len(self.end)))
+
+    def turns(self, motor: int, from_s: float, until_s: float) -> list[float]:
+        """Return a motor's places at the ends of segments between two times, and at the later."""
+        ends = [each.end[motor] for each in self._segments if from_s < each.end_s < until_s]
+        return [*map(float, ends), self.at(motor, until_s)]
+
+    def fastest(self, motor: int, from_s: float, until_s: float) -> float:
+        """Return the greatest speed of a motor between two times, in either direction."""
+        return max(
+            (
+                abs(each.end[motor] - each.start[motor]) / (each.end_s - each.start_s)
+                for each in self._segments
+                if each.end_s > from_s and each.start_s < until_s
+            ),
+            default=0.0,
+        )
+
     def averaged(self, time_s: float, window_s: float) -> list[float]:
         """Return every motor's mean place during the window that ends at a time.
 
@@ -62,7 +82,7 @@ class PlannedPath:
         """
         motors = range(len(self.end))
         if not window_s:
-            return [self.at(motor, time_s) for motor in motors]
+            return list(self.places(time_s))
         totals, at_s = [0.0] * len(self.end), time_s - window_s
         for segment in self._segments:
             if segment.start_s >= time_s:

@@ -24,6 +24,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 from armdrive.dialects.bus.drives import midway
+from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
 from armdrive.dialects.mks.contact import MksInquiry, Trouble, TroubleKind
@@ -36,7 +37,6 @@ from armdrive.tasks import (
     Done,
     Halted,
     MoveAlong,
-    MoveBy,
     Progress,
     Reply,
     RequestRejected,
@@ -78,62 +78,13 @@ LONGEST_LOOK_S = 2.0
 Expected = Callable[[int, float], tuple[float, float]]
 
 
-class SteeredPath:
-    """The path of all motors as corners, each with its time; motors turn evenly in between."""
-
-    def __init__(self, start: Motors) -> None:
-        self._corners = deque([(0.0, start)])
-
-    @property
-    def end(self) -> tuple[float, Motors]:
-        """The last corner that is known."""
-        return self._corners[-1]
-
-    def append(self, move: MoveBy, from_s: float) -> None:
-        """Append a segment, which begins at `from_s` if the path has ended before."""
-        end_s, end = self.end
-        if from_s > end_s:
-            self._corners.append((from_s, end))
-        self._corners.append((max(end_s, from_s) + max(move.duration_s, 1e-6), end + move.steps))
-
-    def places(self, time_s: float) -> tuple[float, ...]:
-        """Return where all motors are at a time."""
-        for (from_s, start), (to_s, end) in pairwise(self._corners):
-            if time_s < to_s:
-                share = max(time_s - from_s, 0.0) / (to_s - from_s)
-                return tuple(a + share * (b - a) for a, b in zip(start, end, strict=True))
-        return tuple(map(float, self.end[1]))
-
-    def corners(self, motor: int, from_s: float, until_s: float) -> list[float]:
-        """Return the places of a motor at the corners between two times, and at the later time."""
-        between = [place[motor] for at_s, place in self._corners if from_s < at_s < until_s]
-        return [*map(float, between), self.places(until_s)[motor]]
-
-    def fastest(self, motor: int, from_s: float, until_s: float) -> float:
-        """Return the greatest speed of a motor between two times, in either direction."""
-        return max(
-            (
-                abs(end[motor] - start[motor]) / (end_s - start_s)
-                for (start_s, start), (end_s, end) in pairwise(self._corners)
-                if end_s > from_s and start_s < until_s
-            ),
-            default=0.0,
-        )
-
-    def discard_before(self, time_s: float) -> None:
-        """Discard the segments that ended before a time."""
-        while len(self._corners) > 2 and self._corners[1][0] < time_s:
-            self._corners.popleft()
-
-
 class Trip:
     """One steered motion: its path, how far it is, and where its drives should have been."""
 
     def __init__(self, io: MksExchange, request: MoveAlong) -> None:
         self._io, self._request = io, request
-        self._path = SteeredPath(Motors(drive.target for drive in io.drives))
-        self._latest_s = 0.0  # the duration of the latest segment
-        self._exhausted = False
+        self._path = PlannedPath(Motors(drive.target for drive in io.drives))
+        self._feed = SegmentFeed(self._path, request.segments)
         self._time_s = 0.0  # the path time at which the drives should be
         self._horizon_s = 0.0  # that to which their targets lead: without new ones they stand there
         self._at_s = self.due_s = io.now_s
@@ -142,8 +93,11 @@ class Trip:
         self._over_s = math.inf  # since when the path is over
         self.complete = False
         """Whether the path is over and the drives should be at its end."""
-        self.underruns = 0
+
+    @property
+    def underruns(self) -> int:
         """How often drives stood still although more of their motion was to come."""
+        return self._feed.underruns
 
     def advance(self) -> None:
         """Advance to the present, and note where the path is."""
@@ -172,16 +126,16 @@ class Trip:
         held = self._request.held_back()
         if not held:
             self._fetch()
-        end_s = self._path.end[0]
+        end_s = self._path.end_s
         self._next = self._path.places(self._time_s + period_s)
         speeds = self._speeds(period_s)
         self._horizon_s = self._reachable_s(speeds)
-        ends = (self._exhausted or held) and self._horizon_s == end_s
+        ends = (self._feed.exhausted or held) and self._horizon_s == end_s
         over = ends and self._time_s >= end_s - period_s
         self._over_s = min(self._over_s, io.now_s) if over else math.inf
         late = io.now_s > self._over_s + CATCH_UP_S
         self.complete = over and (late or all(each.place == each.target for each in io.drives))
-        self._path.discard_before(self._time_s - CATCH_UP_S)
+        self._path.discard_before(self._time_s, CATCH_UP_S)
         fastest = max(speeds) or 1.0
         for motor, drive in enumerate(io.drives):
             target, rpm = self._next_order(motor, drive, ends=ends)
@@ -194,18 +148,13 @@ class Trip:
 
     def _fetch(self) -> None:
         """Fetch the segments that fit, each as late as possible."""
-        dry = self._time_s >= self._path.end[0] > 0.0
-        while not self._exhausted:
-            left_s = self._path.end[0] - self._time_s
-            if left_s > 0.0 and left_s + self._latest_s > self._request.ahead_s + 1e-6:
-                return
-            segment = next(self._request.segments, None)
-            if segment is None:
-                self._exhausted = True
-                return
-            self._path.append(segment, self._time_s)
-            self._latest_s = segment.duration_s
-            self.underruns, dry = self.underruns + dry, False
+        most_s = self._request.ahead_s + 1e-6
+
+        def has_room() -> bool:
+            left_s = self._path.end_s - self._time_s
+            return left_s <= 0.0 or left_s + self._feed.latest_s <= most_s
+
+        self._feed.fetch(has_room, self._time_s, dry=self._time_s >= self._path.end_s > 0.0)
 
     def _speeds(self, period_s: float) -> list[float]:
         """Return the speed of each drive in the next period, or its present one if it brakes."""
@@ -222,7 +171,7 @@ class Trip:
         While they accelerate, that is less far than the path leads in this time.
         """
         ahead_s, period_s = self._request.ahead_s, self._io.settings.segment_s
-        until_s = min(self._path.end[0], self._time_s + ahead_s)
+        until_s = min(self._path.end_s, self._time_s + ahead_s)
         busiest = speeds.index(max(speeds))
         here = self._path.places(self._time_s)[busiest]
         most = max(speeds[busiest], COUNTS_S_PER_RPM) * ahead_s
@@ -256,7 +205,7 @@ class Trip:
         """Return how far the motor turns in one direction from the next period on."""
         end = first = self._next[motor]
         next_s = self._time_s + self._io.settings.segment_s
-        for place in self._path.corners(motor, next_s, max(self._horizon_s, next_s)):
+        for place in self._path.turns(motor, next_s, max(self._horizon_s, next_s)):
             if (place - end) * (end - first) < 0.0:
                 break
             end = place

@@ -274,8 +274,6 @@ OPERATORS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     _operator(NEGATIVE, 7, _NUMBER, _NUMBER, values=1),
 )})  # fmt: skip
 
-# How closely all comparisons bind; they cannot be chained.
-COMPARES = OPERATORS["=="].strength
 
 # The parts of a place, such as `pick.x`.
 PARTS: Mapping[str, Function] = MappingProxyType(

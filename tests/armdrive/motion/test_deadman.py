@@ -185,7 +185,7 @@ def test_a_release_of_a_tap_takes_nothing_back_and_one_of_a_first_repeat_begins_
     assert deadman.press("q", 5.0) == ()
     assert deadman.tick(5.0 + GATE_S) == (Increment("q"),)
     assert deadman.press("q", 5.4) == ()
-    assert deadman.gated
+    assert deadman.next_s() == 5.4 + GATE_S
     assert deadman.key_up("q", 5.41) == ()
     assert deadman.tick(5.5) == ()
 
