@@ -1,5 +1,7 @@
 """A desk that was suspended: whatever was typed meanwhile, and however it comes, moves nothing."""
 
+import math
+
 import pytest
 from amounts import amount
 from desk_fake import FakeArm
