@@ -505,11 +505,6 @@ class SetPointHost:
         return self._phase in (SetPointPhase.UNDER_WAY, SetPointPhase.FREE)
 
     @property
-    def over(self) -> bool:
-        """Whether the drive has reached the target, or lost it."""
-        return self._phase is SetPointPhase.FREE
-
-    @property
     def controlword(self) -> Controlword:
         """The controlword to send now; repeating it changes nothing."""
         asking = ControlBit.NEW_SET_POINT if self._phase is SetPointPhase.ASKING else NO_CONTROL

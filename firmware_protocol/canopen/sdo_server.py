@@ -1,8 +1,6 @@
 """The device's end of SDO: one client's requests in, responses and events out.
 
-The owner receives `ReadAsked` and `WriteAsked` events and answers them, at once or later, with
-`supply`, `accept` or `refuse`. A newer request replaces an older one, as in any device; an answer
-to a replaced request sends nothing. No frame on the bus raises.
+No frame on the bus raises.
 """
 
 from __future__ import annotations

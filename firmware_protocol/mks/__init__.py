@@ -40,7 +40,6 @@ from firmware_protocol.mks.requests import COURSE_CODES as COURSE_CODES
 from firmware_protocol.mks.requests import CURRENT_MAX_MA as CURRENT_MAX_MA
 from firmware_protocol.mks.requests import MICROSTEPS_MAX as MICROSTEPS_MAX
 from firmware_protocol.mks.requests import MOTION_CODES as MOTION_CODES
-from firmware_protocol.mks.requests import READ_CODES as READ_CODES
 from firmware_protocol.mks.requests import SETTING_CODES as SETTING_CODES
 from firmware_protocol.mks.requests import Action as Action
 from firmware_protocol.mks.requests import ArmSynchronous as ArmSynchronous

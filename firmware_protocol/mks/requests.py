@@ -85,7 +85,6 @@ Read: TypeAlias = (
     | ReadState
 )
 READS: tuple[type[Read], ...] = get_args(Read)
-READ_CODES = frozenset(read.code for read in READS)
 
 # -- settings, which survive a loss of power -----------------------------------------------------
 #

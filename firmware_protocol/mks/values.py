@@ -273,19 +273,14 @@ class Form:
     unpack: Callable[[bytes], Any]
 
 
-def unsigned(size: int, low: int = 0, high: int | None = None, unit: int = 1) -> Form:
-    """Return the form of an integer from low to high, sent in multiples of a unit."""
+def unsigned(size: int, low: int = 0, high: int | None = None) -> Form:
+    """Return the form of an integer from low to high."""
     most = (1 << 8 * size) - 1 if high is None else high
-
-    def check(field: str, value: object) -> None:
-        if whole(field, value, low, most) % unit:
-            raise BadField(field, value, f"a multiple of {unit}")
-
     return Form(
         size,
-        check,
-        lambda value: (value // unit).to_bytes(size, "big"),
-        lambda data: int.from_bytes(data, "big") * unit,
+        lambda field, value: whole(field, value, low, most),
+        lambda value: value.to_bytes(size, "big"),
+        lambda data: int.from_bytes(data, "big"),
     )
 
 

@@ -40,9 +40,8 @@ ALL_SILENT = (
     "Check that the drives have power, that the bus cable is plugged in and has a resistor of 120 "
     "ohm at each of its two ends, and that ids and bit rate match the arm file"
 )
-# What to check if drives did not answer for a while, and answer again.
-BUS_REMEDY = "Check the bus's wiring, its load and its adapter"
-NONE_HEARD = f"no drive answered for a while. {BUS_REMEDY}"
+# That drives did not answer for a while, and answer again, and what to check.
+NONE_HEARD = "no drive answered for a while. Check the bus's wiring, its load and its adapter"
 
 
 def off_target_words(drive: object, count: int, target: int, unit: str) -> str:
@@ -77,6 +76,11 @@ def absent_words(drives: Sequence[object], number: str) -> str:
         f"{named} {verb} not answer, while others on the bus do: check the power supply, the CAN "
         f"plug, and that {number} and bit rate match the arm file (`armdrive doctor --can`)"
     )
+
+
+def unstopped_words(drive: object) -> str:
+    """Return that a drive still turns although it was stopped."""
+    return f"{drive} did not come to rest after a stop"
 
 
 def shared_words(ids: Iterable[int], number: str, remedy: str) -> str:

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from armdrive.dialects.bus.homing import end_earlier_motion
-from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
+from armdrive.dialects.cia402.drives import FAULTS, HOLDING, Cia402Drive, Trouble
 from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.objects import DRIVES
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
@@ -15,7 +15,7 @@ from armdrive.dialects.cia402.transfers import ReadObjects, Script, wait
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol import canopen
-from firmware_protocol.canopen import DataType, DriveState, NmtCommand, OperationMode, Place, Write
+from firmware_protocol.canopen import DataType, NmtCommand, OperationMode, Place, Write
 
 # A drive has stopped if it has not turned for this long: three periods of SYNC by default.
 STILL_S = 0.03
@@ -363,8 +363,7 @@ def reset(io: Cia402Exchange) -> Script[Reply]:
             f"{Trouble.IN_FAULT.alert(drive).text}, and does not leave it: clear the cause, then "
             "call `reset()`"
         )
-    holding = (DriveState.ENABLED, DriveState.QUICK_STOP)
-    held = [drive for drive in io.drives if drive.state in holding]
+    held = [drive for drive in io.drives if drive.state in HOLDING]
     if held:
         yield from hold(io, io.resting_mode, held)
     yield from io.look()

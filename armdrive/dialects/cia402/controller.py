@@ -1,8 +1,8 @@
 """The controller of CiA 402 drives on a CANopen bus: requests to frames, frames to events.
 
     a request   `Cia402Requests` carries it out
-    bytes       the bus decodes events, `DriveGroup` records all of them, then the script continues
-                with that state
+    bytes       the codec decodes events, `Cia402Exchange.note` records all of them, then the script
+                continues with that state
     a stop      `stop_asked` is set; a motion ends its cycle and stops every drive
     time        the script continues, the heartbeat is sent, and drives at rest are watched
 

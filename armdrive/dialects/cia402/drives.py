@@ -17,6 +17,8 @@ from firmware_protocol.fields import in_words
 # Drives count positions in 32 bits.
 TARGET_MAX = (1 << 31) - 1
 FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
+# The states in which a motor holds its shaft.
+HOLDING = (DriveState.ENABLED, DriveState.QUICK_STOP)
 
 # The end of an object transfer.
 Answer: TypeAlias = canopen.Uploaded | canopen.Downloaded | canopen.Aborted

@@ -214,7 +214,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     # -- objects ------------------------------------------------------------------------------
 
     def obtain(self, jobs: Jobs, *, lenient: bool = False) -> Script[list[ReadObjects]]:
-        """Transfer as above. Raises `Obstructed` if a drive does not answer."""
+        """Transfer objects (`ObjectTransfers`). Raises `Obstructed` if a drive does not answer."""
         results = yield from self.transfers.transfer(jobs, lenient=lenient)
         mute = [result.drive for result in results if result.mute]
         if mute:
@@ -222,7 +222,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         return results
 
     def put(self, jobs: Jobs, hint: Callable[[Place], str] = lambda _place: "") -> Script[None]:
-        """Transfer as above. Raises `Obstructed` also if a drive refuses a job; hints at why."""
+        """Like `obtain`. Raises `Obstructed` also if a drive refuses a job; hints at why."""
         for result in (yield from self.obtain(jobs)):
             for place, words in result.refused.items():
                 raise Obstructed(words + hint(place))

@@ -11,9 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
-from armdrive.dialects.bus.drives import midway
+from armdrive.dialects.bus.drives import midway, unstopped_words
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
-from armdrive.dialects.cia402.drives import TARGET_MAX, Cia402Drive, Trouble
+from armdrive.dialects.cia402.drives import HOLDING, TARGET_MAX, Cia402Drive, Trouble
 from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange
 from armdrive.dialects.cia402.settings import TOP_HZ
 from armdrive.dialects.cia402.states import ENABLE, hold, stands_for_s, stop
@@ -22,7 +22,7 @@ from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
 from armdrive.tasks import Done, Halted, MoveAlong, Reply, RequestRejected, Timeout, never
 from firmware_protocol import canopen
-from firmware_protocol.canopen import DriveState, OperationMode, SetPointPhase
+from firmware_protocol.canopen import OperationMode, SetPointPhase
 from kinematics.spaces import Motors
 
 CYCLIC, PROFILE = OperationMode.CYCLIC_POSITION, OperationMode.PROFILE_POSITION
@@ -146,12 +146,11 @@ def stands_short(io: Cia402Exchange, drive: Cia402Drive) -> bool:
 def _stand(io: Cia402Exchange) -> Script[Timeout | RequestRejected | None]:
     """Stop all drives and hold those that stand; return which ones may not, or do not answer."""
     left = yield from stop(io)
-    holding = (DriveState.ENABLED, DriveState.QUICK_STOP)
     standing = [
         drive
         for drive in io.drives
         # one that sends no reports would show no state on the way out of its quick stop
-        if drive not in left and drive.state in holding and drive.missed <= LOST_CYCLES
+        if drive not in left and drive.state in HOLDING and drive.missed <= LOST_CYCLES
     ]
     unstopped: Timeout | RequestRejected | None = None
     try:
@@ -168,7 +167,7 @@ def _stand(io: Cia402Exchange) -> Script[Timeout | RequestRejected | None]:
     if mute:
         return midway(io.absence(mute))
     if left:
-        return RequestRejected(f"{left[0]} did not come to rest after a stop")
+        return RequestRejected(unstopped_words(left[0]))
     return unstopped
 
 

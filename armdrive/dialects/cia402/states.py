@@ -7,7 +7,7 @@ from itertools import cycle
 from types import MappingProxyType
 
 from armdrive.dialects.bus.drives import LAST_TRY_S
-from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive
+from armdrive.dialects.cia402.drives import FAULTS, HOLDING, Cia402Drive
 from armdrive.dialects.cia402.exchange import LOST_CYCLES, Cia402Exchange
 from armdrive.dialects.cia402.transfers import Job, Script
 from armdrive.dialects.exchange import Obstructed
@@ -139,7 +139,7 @@ def stop(io: Cia402Exchange) -> Script[tuple[Cia402Drive, ...]]:
     objects: dict[Cia402Drive, cycle[Job]] = {}
 
     def stands(drive: Cia402Drive) -> bool:
-        if drive.state not in (None, DriveState.ENABLED, DriveState.QUICK_STOP):
+        if drive.state not in (None, *HOLDING):
             return True  # it has switched its motor off
         still_s = drive.read_s - max(drive.still_s, acts_s)
         return drive.state is DriveState.QUICK_STOP and still_s >= stands_for_s(io)
@@ -178,7 +178,7 @@ def repeat(
 
 def switch_off(io: Cia402Exchange) -> Script[list[Cia402Drive]]:
     """Switch all motors off; return the drives that do not obey."""
-    on = (DriveState.SWITCHED_ON, DriveState.ENABLED, DriveState.QUICK_STOP, None)
+    on = (None, DriveState.SWITCHED_ON, *HOLDING)
     return repeat(
         io,
         lambda: [drive for drive in io.drives if drive.state in on],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import TypeAlias, TypeVar
@@ -11,25 +11,23 @@ from armdrive.dialects.bus.drives import LAST_TRY_S
 from armdrive.dialects.cia402.drives import Answer, Cia402Drive, value_of
 from armdrive.dialects.cia402.objects import is_text, object_words, value_words
 from armdrive.dialects.exchange import TRIES, ScriptIO
+from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.tasks import never
 from firmware_protocol import canopen
 from firmware_protocol.canopen import HostEvent, Place, Write
 from firmware_protocol.canopen.sdo import Upload
 
 T = TypeVar("T")
-Script: TypeAlias = Generator[float, HostEvent | None, T]
+Script: TypeAlias = ExchangeScript[HostEvent, T]
 
 # A read or a write of an object by SDO.
 Job: TypeAlias = Place | Write
 Jobs: TypeAlias = Mapping[Cia402Drive, Sequence[Job]]
 
-# The reasons for which a drive refuses an object that it lacks, or that is a constant.
-ABSENT = (
-    canopen.AbortCode.NO_OBJECT,
-    canopen.AbortCode.NO_SUB_INDEX,
-    canopen.AbortCode.READ_ONLY,
-    canopen.AbortCode.ACCESS,
-)
+# The reasons for which a drive refuses to have a constant written, and those for which it refuses
+# an object that it lacks or has as a constant.
+CONSTANT = (canopen.AbortCode.READ_ONLY, canopen.AbortCode.ACCESS)
+ABSENT = (canopen.AbortCode.NO_OBJECT, canopen.AbortCode.NO_SUB_INDEX, *CONSTANT)
 
 
 @dataclass(slots=True)
@@ -193,8 +191,7 @@ class ObjectTransfers:
 
 def _cannot_be_written(answer: Answer | None) -> bool:
     """Return whether a drive refused to have an object written because it is a constant."""
-    constant = (canopen.AbortCode.READ_ONLY, canopen.AbortCode.ACCESS)
-    return isinstance(answer, canopen.Aborted) and answer.code in constant
+    return isinstance(answer, canopen.Aborted) and answer.code in CONSTANT
 
 
 def _suits(write: Write, present: Answer | None) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NoReturn, TypeAlias
 
-from armdrive.dialects.bus.drives import shared_words
+from armdrive.dialects.bus.drives import shared_words, unstopped_words
 from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import MksDrive, obeys_bus
@@ -323,7 +323,7 @@ class MksContact:
         """Stop drives. Raises `Obstructed` if one does not come to rest."""
         left = yield from self._stops.halt(drives, hard=any(drive.homes for drive in drives))
         if left:
-            raise Obstructed(f"{left[0]} did not come to rest after a stop")
+            raise Obstructed(unstopped_words(left[0]))
 
     # -- positions ----------------------------------------------------------------------------
 

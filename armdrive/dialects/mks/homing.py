@@ -8,7 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-from armdrive.dialects.bus.drives import NONE_HEARD, absent_words, midway, shared_words
+from armdrive.dialects.bus.drives import (
+    NONE_HEARD,
+    absent_words,
+    midway,
+    shared_words,
+    unstopped_words,
+)
 from armdrive.dialects.bus.homing import (
     Groups,
     HomingEstimate,
@@ -118,7 +124,7 @@ class MksHoming:
                 drive.stand(io.now_s)
             yield from self._stops.relieve([each for each in drives if each not in unstopped])
             if unstopped:
-                return RequestRejected(f"{unstopped[0]} did not come to rest after a stop")
+                return RequestRejected(unstopped_words(unstopped[0]))
         if search.wrong:
             return RequestRejected((yield from self._explained(search)))
         if search.left:

@@ -23,7 +23,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-from armdrive.dialects.bus.drives import midway
+from armdrive.dialects.bus.drives import midway, unstopped_words
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
@@ -332,7 +332,8 @@ class MksMotion:
                     drive.stand(io.now_s)
                     del left[drive]
                 elif io.listened.s > end_s:
-                    return (yield from self._failed(off_path(drive, drive.target)))
+                    trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
+                    return (yield from self._failed(trouble))
                 elif short and drive.order is not None:
                     left[drive] = io.now_s
                     io.send(drive, drive.order)
@@ -421,18 +422,13 @@ class MksMotion:
         if missing := (yield from io.look()):
             return midway(io.absence(missing, since_s))
         if turning:
-            return RequestRejected(f"{drives[0]} did not come to rest after a stop")
+            return RequestRejected(unstopped_words(drives[0]))
         who = str(drives[0]) if len(drives) == 1 else "the drives"
         return RequestRejected(
             f"{who} did not answer for a while in motion: reset, or lost its power, or the bus "
             "lost frames. Check supply and plugs, and the bus's load and adapter",
             silent=True,
         )
-
-
-def off_path(drive: MksDrive, place: int) -> Trouble:
-    """Return that a drive is not where it should be."""
-    return Trouble(drive, TroubleKind.OFF_PATH, place)
 
 
 def beyond(drive: MksDrive, target: int) -> RequestRejected:

@@ -6,8 +6,8 @@
     board      reports, limits, motion, main loop
     hardware   wiring, outputs, switches, current
 
-A new device has just been switched on, or was reset because its
-port was opened: its counts are zero whatever the posture, and it first sends its banner.
+A new device has just been switched on, or was reset because its port was opened: its counts are
+zero whatever the posture, and it first sends its banner.
 """
 
 from __future__ import annotations

@@ -167,8 +167,6 @@ class Firmware:
     boot_s: float = 1.5
     """From a reset of the board to its banner; the motors have no current."""
 
-    # holds
-
     # resets
     killed: Killed = Killed.LATE
     """What becomes of the motors at a reset in motion."""
@@ -455,7 +453,7 @@ class BoardSettings:
         return bool(int(self.values[number]) >> axis & 1)
 
     def axis(self, group: int, axis: int) -> float:
-        """Return a per-axis setting, such as `STEPS`."""
+        """Return a per-axis setting, such as `keys.STEPS_PER_UNIT`."""
         return self.values[group + axis]
 
     def per_axis(self, group: int) -> tuple[float, ...]:
