@@ -1,4 +1,4 @@
-"""A program that was read, checked and compiled, and the machine that runs it.
+"""A program that was read and checked, and the machine that runs it.
 
 A machine gives acts one at a time, takes their answers, and can be written down. It is pure: it
 knows no arm and no clock. Its caller repeats `stage = machine.next()`, carries `stage.act` out, and
@@ -289,7 +289,7 @@ class Machine:
     def context(self) -> Context:
         """The names that it has set so far, for the next entry at a prompt."""
         known, state = self.program.context, self._state
-        own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
+        own = self.program.tree.defines
         opening = None if state.moved else state.opening
         lines = self.program.lines
         return Context(known.but(own), dict(state.variables), state.speed, opening, lines)
@@ -497,9 +497,8 @@ def read_program(text: str, file: str = "") -> Program:
 
 def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Program:
     """Check a program that was read with these problems. Raises `ProgramError`."""
-    body, known = program.tree.body, program.context
-    own = tuple(line for line in body if isinstance(line, Define))
-    rest = tuple(line for line in body if not isinstance(line, Define))
+    own, known = program.tree.defines, program.context
+    rest = tuple(line for line in program.tree.body if not isinstance(line, Define))
     # known subprograms are checked again: this program may replace what they call
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
     if problems or wrong:

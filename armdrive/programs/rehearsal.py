@@ -13,7 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import count
+from itertools import chain, count
 from typing import Any
 
 from armdrive.arm import Arm
@@ -376,10 +376,11 @@ class Rehearsal:
 
         The looks that a line takes for itself are not counted.
         """
-        acts = [each for loop in self.loops for each in loop]
+        lines: dict[int, list[Took]] = {}
+        for each in chain.from_iterable(self.loops):
+            lines.setdefault(each.mark.line, []).append(each)
         found = []
-        for line in dict.fromkeys(each.mark.line for each in acts):
-            took = [each for each in acts if each.mark.line == line]
+        for line, took in lines.items():
             times = len([each for each in took if each.what != Look.__name__]) or len(took)
             total_s = sum(each.took_s for each in took)
             found.append((line, times, replace(took[0], took_s=total_s)))

@@ -186,8 +186,7 @@ class Session:
 
     def learn(self, entry: PromptEntry, machine: Machine, *, done: bool) -> None:
         """Learn the names that an entry has set so far; keep its lines if it came to its end."""
-        body = entry.program.tree.body
-        own = tuple(line for line in body if isinstance(line, Define))
+        own = entry.program.tree.defines
         defines = self.context.but(own) if done else self.context.defines
         self.context = replace(machine.context, defines=defines)
         if not done or entry.says or machine.ended_by_stop:
@@ -220,9 +219,8 @@ class Session:
 def _needed(tree: Tree, known: Context) -> tuple[Define, ...]:
     """Return the known subprograms that a program calls and does not replace."""
     there = {define.name.lower(): define for define in known.defines}
-    for line in tree.body:
-        if isinstance(line, Define):
-            there.pop(line.name.lower(), None)
+    for line in tree.defines:
+        there.pop(line.name.lower(), None)
     waiting, found = [*tree.body], dict[str, Define]()
     while waiting:
         for name in _called(waiting.pop()):

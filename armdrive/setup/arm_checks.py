@@ -20,6 +20,7 @@ from armdrive.setup.directions import (
     WAYS,
     SawMotion,
     SeenMotion,
+    Sight,
     Signs,
     Trial,
     check_of,
@@ -147,7 +148,7 @@ def _ask_way(dialog: Dialog, trial: Trial) -> str:
     words = (*(word for way in trial.ways for word in WAYS[way]), NOTHING, OTHER, AGAIN)
 
     def by_eye(motion: ArmMotion) -> str:
-        seen = sight(motion.arm, motion.before, motion.after, motion.opened_mm)
+        seen = _sight(motion)
         ways = [way for way in seen.visible() if way in trial.ways]
         return seen.word(ways[0]) if ways else OTHER if seen.visible() else NOTHING
 
@@ -166,7 +167,7 @@ def _ask_hand(dialog: Dialog, trial: Trial) -> bool | None:
     words = (*WAYS["roll"], NOTHING)
 
     def by_eye(motion: ArmMotion) -> str:
-        seen = sight(motion.arm, motion.before, motion.after, motion.opened_mm)
+        seen = _sight(motion)
         return seen.word("roll") if "roll" in seen.visible() else NOTHING
 
     question = Question(
@@ -191,6 +192,11 @@ def _ask_share(dialog: Dialog, trial: Trial, about: float) -> float:
     )
     share = float(dialog.ask(question)) / about
     return 1.0 if abs(share - 1.0) <= TOLERANCE else float(f"{share:.3g}")
+
+
+def _sight(motion: ArmMotion) -> Sight:
+    """Return what is seen of a motion."""
+    return sight(motion.arm, motion.before, motion.after, motion.opened_mm)
 
 
 def _moved(trial: Trial, motion: ArmMotion) -> float:

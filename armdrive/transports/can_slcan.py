@@ -22,6 +22,7 @@ from can.interfaces.slcan import slcanBus
 
 from armdrive.errors import NoConnection
 from armdrive.errors.printable import reason_of
+from armdrive.transports.address import CanAddress
 from armdrive.transports.can_link import frame_of as frame_of_message
 from armdrive.transports.can_link import message_of
 from firmware_protocol.frames import BELL, Frame, SlcanLines, frame_of, line_of
@@ -34,7 +35,6 @@ GREETINGS = 6  # attempts: an Arduino-based adapter restarts for two seconds aft
 MOST_LINES = 100  # lines kept from the greeting, for the error message
 WRITE_PATIENCE_S = 0.5  # an adapter that takes no byte for this long is stuck
 POLL_S = 0.02  # where the system has no `select` for the port
-CHUNK = 4096
 # The first bytes of an adapter's lines; an empty line means OK.
 _LINE_STARTS = frozenset({b"", BELL, *(bytes([each]) for each in b"VvNzZtTrR")})
 _YES = frozenset({b"", b"z", b"Z"})
@@ -183,7 +183,7 @@ class _Lock:
 
     def __init__(self, channel: str) -> None:
         self._file: int | None = None
-        device = channel.rpartition("@")[0] or channel
+        device = CanAddress("slcan", channel).device
         if sys.platform == "win32" or "://" in device:
             return
         self._file = os.open(device, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)

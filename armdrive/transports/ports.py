@@ -10,7 +10,7 @@ import errno
 import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -140,14 +140,28 @@ class PortInfo:
 
 def list_ports() -> tuple[PortInfo, ...]:
     """Return the serial ports of this computer, by name."""
-    from serial.tools import list_ports as pyserial  # an arm on simulated time needs no ports
-
     stable: dict[str, str] = {}
     with contextlib.suppress(OSError):  # without udev
         stable = {os.path.realpath(link): str(link) for link in sorted(BY_ID.iterdir())}
-    unique = {info.device: info for info in pyserial.comports()}
-    held = holders(unique)
+    found = _found()
+    held = holders(info.device for info in found)
     return tuple(
+        replace(
+            info,
+            holder=held.get(os.path.realpath(info.device)),
+            readable=is_readable(info.device),
+            stable_name=stable.get(os.path.realpath(info.device)),
+        )
+        for info in found
+    )
+
+
+def _found() -> list[PortInfo]:
+    """Return the ports as pyserial finds them, without a look at who holds them."""
+    from serial.tools import list_ports as pyserial  # an arm on simulated time needs no ports
+
+    unique = {info.device: info for info in pyserial.comports()}
+    return [
         PortInfo(
             device,
             "" if info.description in (None, "n/a") else info.description,
@@ -155,12 +169,9 @@ def list_ports() -> tuple[PortInfo, ...]:
             info.pid,
             info.serial_number,
             info.manufacturer,
-            held.get(os.path.realpath(device)),
-            is_readable(device),
-            stable.get(os.path.realpath(device)),
         )
         for device, info in sorted(unique.items())
-    )
+    ]
 
 
 def is_readable(device: str) -> bool:
@@ -176,7 +187,7 @@ def serial_number_of(device: str) -> str:
     if is_can(device):
         device = CanAddress.parse(device).device
     real = os.path.realpath(device) if device else ""
-    names = (info.serial_number for info in list_ports() if os.path.realpath(info.device) == real)
+    names = (info.serial_number for info in _found() if os.path.realpath(info.device) == real)
     return next(names, None) or ""
 
 
@@ -191,7 +202,7 @@ def device_of(serial_number: str, before: str = "") -> str:
     if is_can(before):
         address = CanAddress.parse(before)
         return str(address.at(device_of(serial_number, address.device)))
-    found = list_ports()
+    found = _found()
     devices = [info.device for info in found if info.serial_number == serial_number]
     if before and any(os.path.realpath(each) == os.path.realpath(before) for each in devices):
         return before
@@ -227,7 +238,7 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
     if number in _FORBIDDEN:
         return PortForbidden(_forbidden(port))
     if number in _ABSENT or "FileNotFoundError" in text:
-        found = ", ".join(info.device for info in list_ports())
+        found = ", ".join(info.device for info in _found())
         there = f"present: {found}" if found else "there is no serial port at all"
         return NoSuchPort(f"there is no port {port} ({there}): check the cable and the name")
     if "Could not configure port" in text:

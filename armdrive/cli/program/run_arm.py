@@ -40,7 +40,8 @@ def connect_to_run(
     settle: Callable[[Arm, argparse.Namespace], None] = settle_for_run,
 ) -> Arm:
     """Connect to the arm that the options name, as slow and with such a table as they say."""
-    _require_table(chosen_target(options), options.put)
+    if options.put:
+        _require_table(chosen_target(options))
     arm = connect_chosen(options, pace=options.pace or pace)
     try:
         put_blocks(arm, options.put)
@@ -54,9 +55,9 @@ def connect_to_run(
     return arm
 
 
-def _require_table(target: Target, blocks: list[TableBlock]) -> None:
-    """Raise `BadRequest` where blocks are to be put on the table of a real arm."""
-    if blocks and not target.simulated:
+def _require_table(target: Target) -> None:
+    """Raise `BadRequest` for a real arm, on whose table no blocks can be put."""
+    if not target.simulated:
         raise BadRequest(
             f"--put puts blocks on the table of a simulated arm, and {target.config.name} is a "
             "real one: lay them out by hand"

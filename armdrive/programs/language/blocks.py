@@ -107,6 +107,7 @@ class _Checker:
     def __init__(self, names: ProgramNames, kinds: Kinds) -> None:
         self.problems: list[Problem] = []
         self._names = names
+        self._settled = names.variables - names.only_shifted
         self._kinds = kinds
         self._blocks: list[Block] = []
         self._points: dict[str, SourceMark] = {}
@@ -116,12 +117,11 @@ class _Checker:
         """Check a program and its subprograms."""
         self._block(tree.body, _Scope())
         found: dict[str, Subprogram] = {}
-        for define in tree.body:
-            if isinstance(define, Define):
-                self._heading(define, found)
-                parameters = tuple(name.lower() for name in define.parameters)
-                called = Subprogram(self._block(define.body, _Scope(define)), parameters)
-                found.setdefault(define.name.lower(), called)
+        for define in tree.defines:
+            self._heading(define, found)
+            parameters = tuple(name.lower() for name in define.parameters)
+            called = Subprogram(self._block(define.body, _Scope(define)), parameters)
+            found.setdefault(define.name.lower(), called)
         return CheckedProgram(tuple(self._blocks), found, self._points)
 
     def _wrong(self, mark: SourceMark, text: str) -> None:
@@ -173,8 +173,9 @@ class _Checker:
         self.problems += Fitting(self._kinds, scope.define).line(line)
         for each, _ in set_by(line):
             self._require_free(each.name, each.mark)
+        own = own_names(scope.define)
         for value in values_read(line):
-            self._note_point(value, own_names(scope.define))
+            self._note_point(value, own)
         match line:
             case Call(name=name) if name.lower() not in self._names.subprograms:
                 subprograms = (each.name for each in self._names.subprograms.values())
@@ -194,8 +195,9 @@ class _Checker:
         match value:
             case Use(name="taught", arguments=(Literal(value=str(name)) as text, *_)):
                 self._points.setdefault(name, text.mark)
-            case Name(name=name) if name.lower() not in own | {HERE}:
-                if name.lower() not in self._names.variables - self._names.only_shifted:
+            case Name(name=name):
+                low = name.lower()
+                if low != HERE and low not in own and low not in self._settled:
                     self._points.setdefault(name, value.mark)
 
 

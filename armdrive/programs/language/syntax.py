@@ -75,7 +75,7 @@ class JointsOf(Node):
 Expression: TypeAlias = Literal | Name | Use | JointsOf
 
 
-def negative(value: Expression, mark: SourceMark = NOWHERE) -> Expression:
+def negative(value: Expression, mark: SourceMark) -> Expression:
     """Return a value with the opposite sign; a number stays a number."""
     if isinstance(value, Literal) and type(value.value) is float:
         return Literal(-value.value, value.percent, mark=mark)
@@ -188,6 +188,11 @@ class Tree:
     """A whole program."""
 
     body: tuple[Statement, ...]
+
+    @property
+    def defines(self) -> tuple[Define, ...]:
+        """Its subprograms."""
+        return tuple(line for line in self.body if isinstance(line, Define))
 
 
 def bodies(statement: Statement) -> tuple[tuple[Statement, ...], ...]:

@@ -197,7 +197,7 @@ SHAPES = (*(form.name for form in FORMS if form.name.isalpha()), "else")
 class Function:
     """A function or an operator: the values it takes and the kind it returns.
 
-    An operator has a strength, by which it binds, and perhaps other spellings.
+    An operator may have other spellings. How operators bind is in program.lark.
     """
 
     name: str
@@ -205,7 +205,6 @@ class Function:
     gives: ValueKind
     says: str = ""
     example: str = ""
-    strength: int = 0
     also: tuple[str, ...] = ()
 
 
@@ -246,38 +245,37 @@ FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
 
 
 def _operator(
-    sign: str, strength: int, takes: ValueKind, gives: ValueKind, *also: str, values: int = 2
+    sign: str, takes: ValueKind, gives: ValueKind, *also: str, values: int = 2
 ) -> Function:
-    slots = (Slot("value", takes),) * values
-    return Function(sign, slots, gives, strength=strength, also=also)
+    return Function(sign, (Slot("value", takes),) * values, gives, also=also)
 
 
 _NUMBER, _TRUTH, _ANY = ValueKind.NUMBER, ValueKind.TRUTH, ValueKind.ANY
 # The name of the operator `-` before a value.
 NEGATIVE = "-x"
 
-# Every operator, the weakest first: a stronger one binds more closely.
+# Every operator, the weakest first.
 OPERATORS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
-    _operator("or", 1, _TRUTH, _TRUTH),
-    _operator("and", 2, _TRUTH, _TRUTH),
-    _operator("not", 3, _TRUTH, _TRUTH, values=1),
-    _operator("==", 4, _ANY, _TRUTH, "=", "is", "eq"),
-    _operator("!=", 4, _ANY, _TRUTH, "is not", "<>", "ne"),
-    _operator("<", 4, _NUMBER, _TRUTH, "lt"),
-    _operator("<=", 4, _NUMBER, _TRUTH, "le"),
-    _operator(">", 4, _NUMBER, _TRUTH, "gt"),
-    _operator(">=", 4, _NUMBER, _TRUTH, "ge"),
-    _operator("+", 5, _NUMBER, _NUMBER),
-    _operator("-", 5, _NUMBER, _NUMBER),
-    _operator("*", 6, _NUMBER, _NUMBER),
-    _operator("/", 6, _NUMBER, _NUMBER),
-    _operator(NEGATIVE, 7, _NUMBER, _NUMBER, values=1),
+    _operator("or", _TRUTH, _TRUTH),
+    _operator("and", _TRUTH, _TRUTH),
+    _operator("not", _TRUTH, _TRUTH, values=1),
+    _operator("==", _ANY, _TRUTH, "=", "is", "eq"),
+    _operator("!=", _ANY, _TRUTH, "is not", "<>", "ne"),
+    _operator("<", _NUMBER, _TRUTH, "lt"),
+    _operator("<=", _NUMBER, _TRUTH, "le"),
+    _operator(">", _NUMBER, _TRUTH, "gt"),
+    _operator(">=", _NUMBER, _TRUTH, "ge"),
+    _operator("+", _NUMBER, _NUMBER),
+    _operator("-", _NUMBER, _NUMBER),
+    _operator("*", _NUMBER, _NUMBER),
+    _operator("/", _NUMBER, _NUMBER),
+    _operator(NEGATIVE, _NUMBER, _NUMBER, values=1),
 )})  # fmt: skip
 
 
 # The parts of a place, such as `pick.x`.
 PARTS: Mapping[str, Function] = MappingProxyType(
-    {f".{name}": Function(f".{name}", (PLACE,), _NUMBER, strength=8) for name in POSE_FIELDS}
+    {f".{name}": Function(f".{name}", (PLACE,), _NUMBER) for name in POSE_FIELDS}
 )
 
 # Everything that makes a value of values, under the name that `Use` has for it.

@@ -499,7 +499,7 @@ def plugged(monkeypatch):
     def found():
         return [SimpleNamespace(device=name, serial_number=adapters[name]) for name in adapters]
 
-    monkeypatch.setattr(ports, "list_ports", found)
+    monkeypatch.setattr(ports, "_found", found)
     return adapters
 
 

@@ -75,8 +75,8 @@ def test_a_port_that_cannot_be_opened_is_named_before_the_question(
     call, port, tmp_path, lead_to, monkeypatch
 ):
     name = tmp_path / "ttyUSB7"
-    there = (PortInfo("/dev/ttyS0"), PortInfo("/dev/ttyS1"))
-    monkeypatch.setattr(system, "list_ports", lambda: there)
+    there = [PortInfo("/dev/ttyS0"), PortInfo("/dev/ttyS1")]
+    monkeypatch.setattr(system, "_found", lambda: there)
     [finding] = call("doctor", str(name), "--json", code=4).json["findings"]
     assert finding["what"] == f"there is no port {name} (present: /dev/ttyS0, /dev/ttyS1)"
     assert finding["fix"] == "check the cable and the name"
