@@ -14,7 +14,6 @@ from firmware_protocol.grbl import Banner, StatusReport
 from firmware_protocol.grbl.answers import decode_answer
 
 BAUD = 115_200
-BYTE_S = 10 / BAUD
 PER_UNIT = 10.0
 SLOPE = 500.0
 AXES = 6

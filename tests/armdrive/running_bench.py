@@ -101,10 +101,6 @@ def down(x, y, z):
     return Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=-90)
 
 
-def up(x, y):
-    return go(down(x, y, 80))
-
-
 PICK_AND_PLACE = (
     go(down(250, 60, 80), opening_mm=60.0),
     go(down(250, 60, 15), line=True, speed=0.7),

@@ -6,7 +6,6 @@ the simulated device cannot.
 """
 
 import math
-import random
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -20,7 +19,6 @@ from armdrive.errors import ArmError
 from armdrive.motion.reference import home_device
 from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.device import Value
-from armdrive.sim.wire import Rule, Share, late
 from kinematics import Joints, Motors
 from tests.scenarios.actions import arm_of
 from tests.scenarios.stage import Stage
@@ -303,8 +301,8 @@ def measure(row: Row, after_s: float) -> StopResult:
         arm.sleep(lost_s)
         stage.link.loses = nothing()
         arm.sleep(restored_s)
-    every = Share(1.1, random.Random(0))
-    stage.link.line.faults.host.rules.append(Rule(late(row.late_s), every))
+    if row.late_s:
+        stage.twin.faults.add("delay", row.late_s, side="host")
     stage.link.loses = row.loses()
     stage.look()
     world, marked_s, bound = stage.world, stage.now_s, arm.parts.core.stop_bound()

@@ -116,9 +116,9 @@ def config_of(name: str, variant: int, *, homes: bool = False) -> ArmConfig:
     )
 
 
-def an_arm(name: str, draw: random.Random, homing_share: float | None = None) -> Stage:
+def an_arm(name: str, draw: random.Random) -> Stage:
     """Return a random arm of a dialect."""
-    share = HOMING_SHARE if homing_share is None else homing_share
     options = draw.choice(BOARDS.get(name, ({},)))
-    homes = draw.random() < share and name in HOMING and not CANNOT_HOME.keys() & options.keys()
+    able = name in HOMING and not CANNOT_HOME.keys() & options.keys()
+    homes = draw.random() < HOMING_SHARE and able
     return Stage(config_of(name, draw.randrange(VARIANTS), homes=homes), options)

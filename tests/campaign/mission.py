@@ -10,6 +10,7 @@ from enum import IntEnum
 from armdrive.errors import LinkError, OutOfBounds, Refused, Stopped
 from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
+from tests.conformance.observation import Broken, check
 from tests.scenarios.actions import (
     ACTIONS,
     HOMING_ACTIONS,
@@ -21,7 +22,7 @@ from tests.scenarios.actions import (
 )
 from tests.scenarios.goals import certain_goal, place_near_limits
 from tests.scenarios.happenings import HAPPENINGS
-from tests.scenarios.laws import Broken, TypedError, call, check, check_trust
+from tests.scenarios.laws import TypedError, call, check_trust
 from tests.scenarios.program import CPU_S, Hang, ProgramKilled, cpu_limit
 
 from .arms import an_arm

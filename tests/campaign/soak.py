@@ -24,8 +24,9 @@ from armdrive.errors import Refused
 from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
 from kinematics import KinematicsError
+from tests.conformance.observation import Broken, check
 from tests.scenarios.actions import ACTIONS, close_and_connect, connect, move_to_joints
-from tests.scenarios.laws import Broken, call, check, check_trust
+from tests.scenarios.laws import call, check_trust
 from tests.scenarios.stage import Stage
 from tests.scenarios.watch import Command
 

@@ -67,7 +67,7 @@ def test_a_seed_repeats_its_mission(dialect):
     assert first.log
 
 
-def found_by_the_campaign(dialect="teachmover", first=0):
+def found_by_the_campaign(dialect, first):
     """Return the violations of the first mission that has any; empty if none has.
 
     `first` is the seed that found the faulty driver when the test was written.

@@ -222,11 +222,6 @@ def test_on_a_real_arm(behaviour, arm_port, arm_dialect, one_home, monkeypatch):
         run(behaviour, bench)
 
 
-def test_no_two_behaviours_share_a_name():
-    names = [row.name for row in BEHAVIOURS]
-    assert len(set(names)) == len(names)
-
-
 # -- The page --------------------------------------------------------------------------------------
 
 

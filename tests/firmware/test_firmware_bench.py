@@ -157,7 +157,7 @@ def test_the_control_port_is_only_for_this_computer():
     assert "INADDR_ANY" not in SOURCE
 
 
-def test_a_board_of_three_axes_is_not_applicable(capsys):
+def test_a_board_of_three_axes_is_not_applicable():
     assert "3 axes" in GRBL_328P.lacking
     assert not MEGA_5X.lacking
 

@@ -86,15 +86,6 @@ def same_pose(a, b, mm=1e-6, rad=1e-6):
     )
 
 
-def limited(arm, limits):
-    """An arm given by its link table with other ranges of its joints."""
-    links = tuple(
-        dataclasses.replace(link, low=one.low_rad, high=one.high_rad)
-        for link, one in zip(arm.chain.links, limits, strict=True)
-    )
-    return ChainArm(dataclasses.replace(arm.chain, links=links))
-
-
 def deviation_mm(arm, waypoints, goal, samples=16):
     """The largest distance of the tip from the straight line to a goal along joint motions."""
     first = arm.fk(waypoints[0])

@@ -15,12 +15,11 @@ from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.world import World
 from kinematics import Joints, Motors, Pose
 from tests.conformance.motions import shifted
+from tests.conformance.observation import place
 
 from .stage import Stage
 from .watch import Reaches, depth_mm
 
-ROUNDED_STEPS = 1.0
-"""How far a motor may be from an exact angle: start and goal are both rounded."""
 ALMOST = 1e-6
 LONGEST_S = 0.8
 """The longest motion of an action; goals of slow arms are brought nearer."""
@@ -30,7 +29,7 @@ TRIP_STEPS = 4
 
 def angle_tolerances(stage: Stage) -> list[float]:
     """Return how far each joint may be from a goal, in rad, and the fingers, in mm."""
-    steps = 2.0 * ROUNDED_STEPS if stage.watch.on_the_step == 1 else 2.0 * stage.watch.on_the_step
+    steps = 2.0 * stage.watch.on_the_step  # start and goal are both rounded
     return [
         steps * math.fsum(map(abs, row)) + ALMOST for row in stage.world.body.transmission.inverse
     ]
@@ -94,7 +93,7 @@ def pose_reached(stage: Stage, goal: Pose) -> Reaches:
         if isinstance(result, Jogged) and result.note:
             there = nearest_between(first, goal, here)
             most_mm += stage.config.motion.line_tolerance_mm
-        off_mm = math.dist(point(here), point(there))
+        off_mm = math.dist(place(here), place(there))
         if off_mm > most_mm + ALMOST:
             return f"the tip is at {here}, {off_mm:.1f} mm from {there}"
         off_rad = max(
@@ -120,15 +119,10 @@ def grasped(world: World, result: object) -> str:
     return ""
 
 
-def point(pose: Pose) -> tuple[float, float, float]:
-    """Return the place of the tip at a pose."""
-    return pose.x_mm, pose.y_mm, pose.z_mm
-
-
 def nearest_between(start: Pose, goal: Pose, here: Pose) -> Pose:
     """Return the pose between two with the same orientation whose point is nearest to `here`."""
-    way = [b - a for a, b in zip(point(start), point(goal), strict=True)]
-    made = [b - a for a, b in zip(point(start), point(here), strict=True)]
+    way = [b - a for a, b in zip(place(start), place(goal), strict=True)]
+    made = [b - a for a, b in zip(place(start), place(here), strict=True)]
     long2 = math.fsum(each * each for each in way)
     share = math.fsum(a * b for a, b in zip(way, made, strict=True)) / long2 if long2 else 0.0
     x, y, z = (min(max(share, 0.0), 1.0) * each for each in way)

@@ -33,7 +33,6 @@ class Happening:
     """One thing that can happen: `words` as the conformance suite chooses them.
 
     `drawn` are the words of the campaign, with names of `NUMBERS` in braces; by default the same.
-    `idle` is True if it can strike a standing arm as well.
     """
 
     name: str

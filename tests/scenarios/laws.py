@@ -18,6 +18,7 @@ from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
 from armdrive.runtime.stop_bounds import homing_bound
 from armdrive.status import State
 from kinematics import KinematicsError
+from tests.conformance.observation import Broken, check
 
 from .program import Hang, ProgramKilled
 from .stage import Stage
@@ -31,16 +32,6 @@ FRESH_S = 0.4
 """A motion that ends has read the registers within this time."""
 
 TypedError = ArmError | KinematicsError
-
-
-class Broken(AssertionError):
-    """A law was broken; the sentence says what happened and what was promised."""
-
-
-def check(kept: bool, sentence: str) -> None:
-    """Raise `Broken` with a sentence unless a promise was kept."""
-    if not kept:
-        raise Broken(sentence)
 
 
 def call(

@@ -16,11 +16,12 @@ from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S, SpeedOverride
 from armdrive.sim.bus import DrivesBoard
 from armdrive.status import State
 from kinematics import Motors
+from tests.conformance.observation import Broken
 
 from .actions import connect, move_j
 from .goals import certain_goal, joints_reached, place_near_limits, pose_reached
 from .happenings import HAPPENINGS, Effect, Happening
-from .laws import LONGEST_S, Broken, call, check_trust
+from .laws import LONGEST_S, call, check_trust
 from .stage import Stage
 from .watch import Bound, Command, Excuse
 

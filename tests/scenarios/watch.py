@@ -24,9 +24,8 @@ from armdrive.sim.world import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Joints, Motors
 from kinematics.guards import GuardedArm
+from tests.conformance.observation import ON_THE_STEP, Point, rests_within
 
-ON_THE_STEP = 1
-"""How many steps two counts of the same place may differ by, because both are rounded."""
 OVERSHOOT_STEPS = 3
 """How far from its path a stopped motor may stand: a Robko's goes on by so much."""
 LIMIT_RAD = math.radians(0.5)
@@ -40,13 +39,6 @@ SPEED_TOLERANCE = 1.2
 not coordinated catch up."""
 CATCH_UP_HZ = 550.0
 """How much faster a drive may be that catches up: two turns a minute of an MKS drive."""
-
-Point = tuple[float, float, float]
-
-
-def rests_within(settings: object) -> int:
-    """Return how far from its target a closed-loop drive may rest, in counts; 0 for a stepper."""
-    return max(getattr(settings, name, 0) for name in ("in_position_counts", "position_window"))
 
 
 def depth_mm(guarded: GuardedArm, joints: Joints) -> float:
@@ -233,11 +225,6 @@ class Watch:
     def clear_bounds(self) -> None:
         """Drop all bounds: the motion may go on."""
         self._bounds.clear()
-
-    @property
-    def bounds(self) -> Sequence[Bound]:
-        """The bounds that hold now."""
-        return self._bounds
 
     def pardon(self, excuse: Excuse, slack_s: float = 0.0) -> None:
         """Excuse what no driver can know or prevent."""

@@ -5,14 +5,16 @@ import json
 import sys
 
 import pytest
-from cli_calls import Terminal, write_arm_file
+from cli_calls import Terminal, state_files, write_arm_file
 from simulated_port import SimulatedPorts
 
 import tui
 from armdrive.cli.chosen_arm import world_file
 from armdrive.cli.drive import jog
+from armdrive.connect.target import state_file
 from armdrive.registry import DIALECTS
 from armdrive.status import Trust
+from armdrive.storage import files as places
 
 ARM = "sim:teachmover"
 
@@ -106,6 +108,24 @@ def test_a_damaged_world_ends_in_a_sentence_with_the_way_out(homed):
         assert "--fresh" in sentence
         homed("status", "--fresh", code=0)
         homed("status", code=0)
+
+
+def test_a_damaged_record_costs_the_reference_and_home_mends_it(homed):
+    state_file(ARM).write_text("{")
+    seen = homed("status", "--json", code=0).json
+    assert seen["trust"] == "unknown"
+    assert str(state_file(ARM)) in seen["trust_reason"]
+    homed("home", code=0)
+    homed("move", "--z", "60", code=0)
+
+
+def test_nothing_but_the_arm_s_own_files_stays_behind(homed):
+    homed("move", "--z", "60", code=0)
+    assert state_files(".holder") == []
+    assert state_files(".socket") == []
+    left = {path.name for path in places.states().iterdir()}
+    name = places.file_name("sim:teachmover")
+    assert left == {f"{name}.json", f"{name}.lock", f"{name}.world.json"}
 
 
 @pytest.fixture(params=["teachmover", "armdroid"])

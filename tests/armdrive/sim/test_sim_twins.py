@@ -162,6 +162,12 @@ SETTINGS = [
 ]
 
 
+@every_row("dialect, setting, named", SETTINGS)
+def test_a_setting_that_no_device_has_is_refused(dialect, setting, named):
+    with pytest.raises(BadRequest, match=named):
+        simulate(simulated_config(dialect), **setting)
+
+
 @every_row("dialect", ["mks", "cia402"])
 @every_row("ids", [(1, 2), (1, 2, 3)])
 def test_every_motor_needs_a_drive(dialect, ids):

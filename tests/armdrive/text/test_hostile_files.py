@@ -170,9 +170,6 @@ def test_nesting_is_read_down_to_a_limit(build):
         parse_toml(build(DEEPEST + 2), BadRequest)
 
 
-MANY = 3 * DEEPEST
-
-
 @every_row(
     "text, said",
     [

@@ -23,8 +23,6 @@ from armdrive.transports.link import Bell
 from armdrive.transports.opening import open_link
 from firmware_protocol.frames import Frame, pack
 
-HERE = Path(__file__).parent
-
 
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch):

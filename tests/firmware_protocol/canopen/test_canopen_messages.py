@@ -37,7 +37,6 @@ from firmware_protocol.canopen import (
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
-NODES = st.integers(1, 127)
 VECTORS = [
     (Nmt(NmtCommand.START, 5), "000#0105"),
     (Nmt(NmtCommand.STOP), "000#0200"),

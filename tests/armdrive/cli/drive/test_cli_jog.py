@@ -11,6 +11,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
 from armdrive.connect import parts
 from armdrive.connect.target import find
+from kinematics.textbook.systems import MODEL_NAMES
 
 
 @pytest.fixture
@@ -136,3 +137,20 @@ def opened(monkeypatch, _terminal):
 
     monkeypatch.setattr(jog, "run_model", run_model)
     return shown
+
+
+def no_arm(*args, **more):
+    raise AssertionError("an arm was asked for")
+
+
+def test_without_a_name_all_models_are_listed(call):
+    called = call("jog", "--model", code=0)
+    assert all(f"{name} " in called.out for name in MODEL_NAMES)
+    listed = call("jog", "--model", "--json", code=0).json["models"]
+    assert [one["name"] for one in listed] == list(MODEL_NAMES)
+
+
+def test_a_model_is_shown_and_no_arm_is_opened(call, opened, monkeypatch):
+    monkeypatch.setattr(jog, "connect_chosen", no_arm)
+    call("jog", "--model", "puma", "--ascii", code=0)
+    assert opened == [("puma", True)]

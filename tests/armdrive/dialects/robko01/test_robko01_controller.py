@@ -44,8 +44,6 @@ from armdrive.tasks import (
 from firmware_protocol.robko01 import Op
 from kinematics import Motors, Pose
 
-MOVES = (Op.MOVE_RELATIVE, Op.MOVE_ABSOLUTE, Op.MOVE_SPEED)
-
 
 class Script(SerialBench):
     """A controller on the wire of a simulated board, one request at a time."""
@@ -255,7 +253,6 @@ CHANGES = {
     "operation garbled": garbled(3, 0x0A),
     "check garbled": garbled(-1),
 }
-PLAIN = (Op.PING, Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE, Op.IS_MOVING)
 
 
 class TestDisturbedWire:

@@ -1,9 +1,12 @@
 """Faults on request befall a simulated arm: its wire, its power, its motors, its switches."""
 
+import random
+
 import pytest
 from amounts import every_row
+from hypothesis import given
 from hypothesis import strategies as st
-from sim_bench import WireBench
+from sim_bench import SilentDevice, WireBench
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
@@ -22,6 +25,15 @@ from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
     DeviceLine,
+    Next,
+    Nth,
+    Rule,
+    Share,
+    WireDirection,
+    changed,
+    late,
+    lost,
+    repeated,
 )
 
 STEP = b"@STEP 240,470,0,0,0,0,0\r"
@@ -271,3 +283,55 @@ def test_a_fault_is_the_same_on_the_command_line_and_at_the_console(option, word
 
 messages = st.lists(st.binary(min_size=1, max_size=12), max_size=8)
 seeds = st.integers(0, 1000)
+
+
+def through(effect, amount, data):
+    lane = WireDirection()
+    lane.rules.append(Rule(effect, amount))
+    return b"".join(lane.passed(one, 0.0)[0] for one in data)
+
+
+@given(messages, seeds, st.floats(0, 1))
+def test_dropped_bytes_are_missing_and_the_rest_keeps_its_order(data, seed, share):
+    rest = iter(b"".join(data))
+    assert all(byte in rest for byte in through(lost, share_of(share, seed), data))
+
+
+@given(messages, seeds, st.floats(0, 1))
+def test_changed_data_keep_their_length_and_repeated_data_are_complete(data, seed, share):
+    whole = b"".join(data)
+    effect = changed(draw_of(seed))
+    assert len(through(effect, share_of(share, seed), data)) == len(whole)
+    rest = iter(through(repeated, share_of(share, seed), data))
+    assert all(byte in rest for byte in whole)
+
+
+@given(messages, st.integers(1, 60))
+def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
+    whole = b"".join(data)
+    assert through(lost, Nth(number), data) == whole[: number - 1] + whole[number:]
+
+
+@given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
+def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
+    line = DeviceLine(SilentDevice(), None)
+    line.faults.host.rules.append(Rule(late(delay_s), share_of(share, seed)))
+    for number, one in enumerate(data):
+        line.send(one, 0.3 * number)
+    line.advance(0.3 * len(data) + delay_s)
+    assert [one for _, one in line.device.received] == data
+    for number, (time_s, _) in enumerate(line.device.received):
+        assert 0.3 * number <= time_s <= 0.3 * number + delay_s
+
+
+def test_a_whole_message_is_struck_once():
+    assert through(lost, Next(), [b"ab", b"cd"]) == b"cd"
+    assert through(repeated, Next(), [b"ab", b"cd"]) == b"ababcd"
+
+
+def draw_of(seed):
+    return random.Random(seed)
+
+
+def share_of(share, seed):
+    return Share(share, draw_of(seed))

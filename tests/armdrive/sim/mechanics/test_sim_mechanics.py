@@ -46,7 +46,6 @@ def test_speeds_lie_on_straight_lines_between_the_known_ones(speed, hz):
 # -- Coordinated paths -----------------------------------------------------------------------------
 
 LIMITS = PathLimits((80.0, 80.0, 20.0), (50.0, 50.0, 20.0), (500.0, 500.0, 200.0))
-LONGEST_S = 1e3
 deltas = st.tuples(*[st.integers(-2000, 2000)] * 3).filter(any)
 ways = st.lists(st.tuples(deltas, st.floats(0.5, 100.0)), min_size=1, max_size=6)
 
@@ -174,8 +173,6 @@ def test_a_dead_stop_drops_every_line():
 
 SLOPE = 700.0
 GRID_S = 0.008
-FIRST_S = 0.08
-"""A motion is so much shorter than a trapezoid: its first step comes at once."""
 goals = st.integers(-3000, 3000)
 rates = st.floats(1.0, 500.0)
 moments = st.floats(0.0, 30.0)
