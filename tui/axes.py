@@ -49,12 +49,27 @@ class AxisRow:
     warns: bool = True
 
     @property
+    def margin(self) -> float | None:
+        """How far the value is from the nearer limit; negative beyond it."""
+        if self.value is None or self.limits is None:
+            return None
+        low, high = self.limits
+        return min(self.value - low, high - self.value)
+
+    @property
+    def margin_share(self) -> float | None:
+        """The same as a share of the range."""
+        if self.margin is None or self.limits is None:
+            return None
+        low, high = self.limits
+        return self.margin / (high - low)
+
+    @property
     def sign(self) -> str:
         """How close the value is to a limit: `!` near it, `!!` at it or beyond."""
-        if self.value is None or self.limits is None or not self.warns:
+        margin = self.margin_share
+        if margin is None or not self.warns:
             return ""
-        low, high = self.limits
-        margin = min(self.value - low, high - self.value) / (high - low)
         return "!!" if margin < AT_SHARE else "!" if margin < NEAR_SHARE else ""
 
     @property

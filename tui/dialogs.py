@@ -180,7 +180,7 @@ class PostureScreen(ModalScreen[bool]):
 
 def first_facts(keys: Keyboard, status: Status) -> tuple[str, str, str]:
     """Return the three facts to know before the first motion."""
-    stop, reference = label(keys.of("stop")[0]).upper(), keys.label("reference")
+    stop, reference = keys.label("stop").upper(), keys.label("reference")
     late = bound_text(status.stop_distance_mm, status.stop_time_s)
     row = DIALECTS.get(status.dialect)
     encoders = row is not None and row.abilities.encoders

@@ -17,7 +17,7 @@ from itertools import pairwise
 from kinematics.chains.assignment import AxisLine, AxisPair, Relation, relate
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, JointKind
-from kinematics.frames.rotations import Matrix3, columns
+from kinematics.frames.rotations import columns, rotate
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,
@@ -208,7 +208,7 @@ class BranchFinder:
         square = sum(x * x for x in end[:2]) - sum(x * x for v in (start, arm) for x in v[:2])
         a, b, c = 2.0 * _along(towards, arm), 2.0 * _across(arm, towards), square
         for third in roots(a, b, c, free[2], self._size**2):
-            reached = add(start, _times(self._rows[2], _turned((arm[0], arm[1], 0.0), third)))
+            reached = add(start, rotate(self._rows[2], _turned((arm[0], arm[1], 0.0), third)))
             yield angle_between_levels(reached, end, free[1], self._size), third
 
     def _wrist(
@@ -226,9 +226,8 @@ class BranchFinder:
                 for one in hand
             )
             gap = _along(z, z) if square else None  # 1 - z² would lose digits
-            a, b, c = _along(row, last), _across(last, row), z[2] - row[2] * last[2]
-            for fifth in roots(a, b, c, free[4], 1.0, gap):
-                leaning = _times(self._rows[4], _turned(last, fifth))
+            for fifth in roots(*_at_height(last, row, z[2]), free[4], 1.0, gap):
+                leaning = rotate(self._rows[4], _turned(last, fifth))
                 fourth = angle_between_levels(leaning, z, free[3], 1.0)
                 left = self._into(5, _unturned(self._into(4, _unturned(x, fourth)), fifth))
                 yield second, third, fourth, fifth, math.atan2(left[1], left[0])
@@ -261,8 +260,7 @@ class BranchFinder:
             yield (fifth,), _unturned(self._into(4, X_AXIS), fifth)
             return
         last = columns(self._rows[5])[2]
-        a, b, c = _along(row, last), _across(last, row), z[2] - row[2] * last[2]
-        for fifth in roots(a, b, c, free[4], 1.0):
+        for fifth in roots(*_at_height(last, row, z[2]), free[4], 1.0):
             turned = self._into(5, _unturned(row, fifth))
             sixth = angle_between_levels((x[2], y[2]), turned, free[5], 1.0)
             pointing = self._into(5, _unturned(self._into(4, X_AXIS), fifth))
@@ -273,7 +271,7 @@ class BranchFinder:
 
     def _through_three(self, v: Vector) -> Vector:
         """Return a direction of joint 4's frame in joint 2's, where the three joints' sum is 0."""
-        return _times(self._rows[2], _times(self._rows[3], v))
+        return rotate(self._rows[2], rotate(self._rows[3], v))
 
     def _into(self, index: int, v: Vector) -> Vector:
         """Return a direction of joint `index`'s link as the next joint's frame sees it."""
@@ -329,12 +327,6 @@ def _turned(v: Vector, angle: float) -> Vector:
 
 def _unturned(v: Vector, angle: float) -> Vector:
     return _turned(v, -angle)
-
-
-def _times(rows: Matrix3, v: Vector) -> Vector:
-    (a, b, c), (d, e, f), (g, h, i) = rows
-    x, y, z = v
-    return a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z
 
 
 def _combined(axes: Sequence[Vector], v: Vector) -> Vector:

@@ -21,7 +21,7 @@ from tui.axes import DEGREE, AxisRow, AxisTable
 from tui.desk import Desk
 from tui.jog.jogging import DeskJogging
 from tui.keys.table import MM_AXES, Needs
-from tui.safety import bound_text
+from tui.safety import bound_text, without_link
 from tui.settings import JogSettings
 from tui.widgets import UNKNOWN, Span
 
@@ -120,11 +120,9 @@ def near_lines(
 
 def _near_limit(joints: Sequence[AxisRow]) -> Iterator[Span]:
     nearest = min(joints, key=_margin_share, default=None)
-    if nearest is not None and nearest.value is not None and nearest.limits is not None:
-        low, high = nearest.limits
-        margin = min(nearest.value - low, high - nearest.value)
+    if nearest is not None and nearest.margin is not None:
         style = {"": "", "!": "$text-warning", "!!": "$text-error"}[nearest.sign]
-        yield f"{shown_name(nearest.name)} {deg_text(margin)} from its limit", style
+        yield f"{shown_name(nearest.name)} {deg_text(nearest.margin)} from its limit", style
 
 
 def _near_guards(joints: Joints, model: ArmModel) -> Iterator[Span]:
@@ -137,16 +135,7 @@ def _near_guards(joints: Joints, model: ArmModel) -> Iterator[Span]:
 
 
 def _margin_share(row: AxisRow) -> float:
-    if row.value is None or row.limits is None:
-        return math.inf
-    low, high = row.limits
-    return min(row.value - low, high - row.value) / (high - low)
-
-
-def quicker(dialect: str) -> str:
-    """Say in short what stops this arm faster than the program does; empty if nothing does."""
-    row = DIALECTS.get(dialect)
-    return "" if row is None else row.quick_stop.partition(";")[0]
+    return math.inf if row.margin_share is None else row.margin_share
 
 
 def can_grasp(dialect: str) -> bool:
@@ -170,7 +159,7 @@ def detail_lines(status: Status, load: float | None) -> str:
     row = DIALECTS.get(status.dialect)
     lines = (
         f"position {status.trust.value} {status.trust_age}: {status.trust_reason}",
-        "" if row is None else row.quick_stop,
+        without_link(status),
         f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
         _bits("inputs", status.inputs, 0 if row is None else row.abilities.inputs)
         + _bits("outputs", status.outputs, 0 if row is None else row.abilities.outputs),

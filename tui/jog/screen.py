@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import ClassVar, cast
+from typing import ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
@@ -15,7 +15,7 @@ from armdrive.moves import GraspMove, GripperMove
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status, Trust
 from kinematics.text import mm_text
-from tui.app import HoldAlarm, KeyApp
+from tui.app import HoldAlarm
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE
 from tui.desk import Desk, DeskScreen
@@ -28,10 +28,9 @@ from tui.jog.panels import (
     grasped,
     limits_hold,
     near_lines,
-    quicker,
 )
 from tui.keys.keyboard import bindings
-from tui.safety import FACT_GAP, can_reference
+from tui.safety import FACT_GAP, can_reference, without_link
 from tui.widgets import panels
 
 TAP_OR_HOLD = "tap a key for one step, hold it to keep moving"
@@ -86,15 +85,15 @@ class JogScreen(DeskScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        desk, app = self.desk, cast("KeyApp", self.app)
+        desk = self.desk
         self.hand: DeskJogging = DeskJogging(
             desk.arm,
             clock=desk.clock,
             say=desk.say,
             settings=desk.settings.jog,
-            age_s=app.input.key_age_s,
+            age_s=desk.input.key_age_s,
         )
-        self.hand.alarm = HoldAlarm(app, self.hand.tick)
+        self.hand.alarm = HoldAlarm(desk, self.hand.tick)
         self.fingers = Fingers(desk, self.hand)
         settings = desk.settings.jog
         self.action_switch_mode = self._release_and(settings.switch_mode)
@@ -162,7 +161,9 @@ class JogScreen(DeskScreen):
         """Show this status; keys that have not been used for a while are disarmed."""
         self.hand.disarm_idle()
         joints = self.axes.show(status)
-        near = near_lines(status, self.desk.arm.model, joints, quicker(status.dialect))
+        near = near_lines(
+            status, self.desk.arm.model, joints, without_link(status).partition(";")[0]
+        )
         self.text("near").show_lines(near)
         load = self._load.of(status.link_stats, self.desk.clock())
         if self.text("details").display:

@@ -201,17 +201,17 @@ class JogCourse:
             return 1.0
         bound = way.at(free.free_s)
         # the ramp halves the rest of the way again and again, until not even a step is left
-        if bound is None or not self._steps_between(start, bound):
+        if bound is None or not self._is_a_step(start, bound):
             return self._bounds.ended(way, start.joints, free.beyond_s)
         # A stopped device ends at its target at the latest, so it never leaves its reach; only the
         # guards need the announced run-on as an extra margin.
         most = free.free_s / (time_s + self._run_on_s) if free.guarded else 1.0
         return min(braking_share(free.free_s, time_s, ramp_s), most)
 
-    def _steps_between(self, here: ArmCoordinates, there: ArmCoordinates) -> int:
-        """Return how many whole steps the busiest motor makes from one point to another."""
+    def _is_a_step(self, here: ArmCoordinates, there: ArmCoordinates) -> bool:
+        """Return whether any motor makes a step from one point to another."""
         transmission = self._speeds.transmission
-        return (there.motors(transmission) - here.motors(transmission)).largest
+        return there.motors(transmission) != here.motors(transmission)
 
 
 # The arithmetic of ramps and braking. It runs many times a second, so it uses plain floats and
