@@ -35,11 +35,11 @@ from firmware_protocol.mks.host import Answered as Answered
 from firmware_protocol.mks.host import Event as Event
 from firmware_protocol.mks.host import Foreign as Foreign
 from firmware_protocol.mks.host import Host as Host
-from firmware_protocol.mks.requests import ACC_MAX as ACC_MAX
 from firmware_protocol.mks.requests import COURSE_CODES as COURSE_CODES
 from firmware_protocol.mks.requests import CURRENT_MAX_MA as CURRENT_MAX_MA
 from firmware_protocol.mks.requests import MICROSTEPS_MAX as MICROSTEPS_MAX
 from firmware_protocol.mks.requests import MOTION_CODES as MOTION_CODES
+from firmware_protocol.mks.requests import OTHER_MOTIONS as OTHER_MOTIONS
 from firmware_protocol.mks.requests import SETTING_CODES as SETTING_CODES
 from firmware_protocol.mks.requests import Action as Action
 from firmware_protocol.mks.requests import ArmSynchronous as ArmSynchronous
@@ -47,14 +47,10 @@ from firmware_protocol.mks.requests import Calibrate as Calibrate
 from firmware_protocol.mks.requests import ClearStall as ClearStall
 from firmware_protocol.mks.requests import EmergencyStop as EmergencyStop
 from firmware_protocol.mks.requests import Enable as Enable
-from firmware_protocol.mks.requests import GoSynchronous as GoSynchronous
 from firmware_protocol.mks.requests import Home as Home
 from firmware_protocol.mks.requests import Motion as Motion
-from firmware_protocol.mks.requests import Move as Move
 from firmware_protocol.mks.requests import MoveAbsoluteAxis as MoveAbsoluteAxis
-from firmware_protocol.mks.requests import MoveAbsolutePulses as MoveAbsolutePulses
-from firmware_protocol.mks.requests import MoveRelativeAxis as MoveRelativeAxis
-from firmware_protocol.mks.requests import MoveRelativePulses as MoveRelativePulses
+from firmware_protocol.mks.requests import OtherMotion as OtherMotion
 from firmware_protocol.mks.requests import Read as Read
 from firmware_protocol.mks.requests import ReadAngleError as ReadAngleError
 from firmware_protocol.mks.requests import ReadEnabled as ReadEnabled
@@ -66,7 +62,6 @@ from firmware_protocol.mks.requests import ReadStall as ReadStall
 from firmware_protocol.mks.requests import ReadState as ReadState
 from firmware_protocol.mks.requests import ReadVersion as ReadVersion
 from firmware_protocol.mks.requests import Request as Request
-from firmware_protocol.mks.requests import RunAtSpeed as RunAtSpeed
 from firmware_protocol.mks.requests import SetArrival as SetArrival
 from firmware_protocol.mks.requests import SetBitrate as SetBitrate
 from firmware_protocol.mks.requests import SetCurrent as SetCurrent
@@ -80,7 +75,6 @@ from firmware_protocol.mks.requests import Setting as Setting
 from firmware_protocol.mks.requests import SetZero as SetZero
 from firmware_protocol.mks.requests import SilenceWatchdog as SilenceWatchdog
 from firmware_protocol.mks.requests import Stop as Stop
-from firmware_protocol.mks.requests import needed_for as needed_for
 from firmware_protocol.mks.values import ANGLE_ERROR_PER_TURN as ANGLE_ERROR_PER_TURN
 from firmware_protocol.mks.values import BROADCAST as BROADCAST
 from firmware_protocol.mks.values import COUNTS_PER_TURN as COUNTS_PER_TURN

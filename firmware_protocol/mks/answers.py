@@ -11,15 +11,16 @@ from firmware_protocol.frames import DATA_MAX, Frame
 from firmware_protocol.mks.requests import (
     ACTIONS,
     MOTION_CODES,
-    MOVES,
+    OTHER_MOTIONS,
     READS,
     SETTING_CODES,
     SETTINGS,
     Calibrate,
     Home,
+    MoveAbsoluteAxis,
+    OtherMotion,
     ReadSetting,
     Request,
-    RunAtSpeed,
     Setting,
     Stop,
 )
@@ -218,8 +219,6 @@ _TABLES: dict[Code, dict[int, Outcome]] = {
     **dict.fromkeys(MOTION_CODES, _MOTION),
     **dict.fromkeys((Code.ENABLE, Code.EMERGENCY_STOP, Code.ARM, Code.ZERO), _PLAIN),
     Code.CLEAR_STALL: _PLAIN,
-    # 2 is for a current that is not stored; the simulated device sends 1 for that too
-    Code.CURRENT: {0: Outcome.FAILED, 1: Outcome.DONE, 2: Outcome.DONE},
     Code.HOME: {0: Outcome.FAILED, 1: Outcome.STARTED, 2: Outcome.DONE},
     Code.CALIBRATE: {0: Outcome.STARTED, 1: Outcome.DONE, 2: Outcome.FAILED},
 }
@@ -327,23 +326,13 @@ def _read(code: Code, read: Callable[[bytes], _Message], payload: bytes) -> _Mes
         raise RemoteProtocolError(f"{code.name}: {error}") from None
 
 
-_ZERO_SPEEDS = (b"\0\0", b"\x80\0")  # where bit 7 is the direction
+def _move(payload: bytes) -> Request:
+    stops = len(payload) == 6 and payload[:2] == b"\0\0"  # wherever it is to go
+    return Stop(payload[2]) if stops else MoveAbsoluteAxis.read(payload)
 
 
-def _run(payload: bytes) -> Request:
-    if payload[:2] in _ZERO_SPEEDS and len(payload) == 3:
-        return Stop(Code.SPEED_MODE, payload[2])
-    return RunAtSpeed.read(payload)
-
-
-def _move(code: Code, move: Callable[[bytes], Request]) -> Callable[[bytes], Request]:
-    zeros = _ZERO_SPEEDS if code is Code.RELATIVE_PULSES else _ZERO_SPEEDS[:1]
-
-    def read(payload: bytes) -> Request:
-        stops = len(payload) == 6 and payload[:2] in zeros  # wherever it is to go
-        return Stop(code, payload[2]) if stops else move(payload)
-
-    return read
+def _other(code: Code) -> Callable[[bytes], Request]:
+    return lambda payload: OtherMotion(code, payload)
 
 
 _SETTINGS: dict[Code, Callable[[bytes], Setting]] = {each.code: each.read for each in SETTINGS}
@@ -352,7 +341,7 @@ _REQUESTS: dict[Code, Callable[[bytes], Request]] = {
     **_SETTINGS,
     **{each.code: each.read for each in (*READS, ReadSetting)},
     **{each.code: each.read for each in (*ACTIONS, Calibrate)},
-    **{each.code: _move(each.code, each.read) for each in MOVES},
-    Code.SPEED_MODE: _run,
+    **{code: _other(code) for code in OTHER_MOTIONS},
+    Code.ABSOLUTE_AXIS: _move,
     Code.HOME: lambda payload: Home.read(b"" if payload == b"\0" else payload),
 }

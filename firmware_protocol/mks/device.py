@@ -10,12 +10,11 @@ from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks.answers import Reading, SettingRead, Status, decode_request, encode
-from firmware_protocol.mks.requests import COURSE_CODES, Request, SetId, SetReplies, needed_for
+from firmware_protocol.mks.requests import COURSE_CODES, Request, SetId, SetReplies
 from firmware_protocol.mks.values import (
     BROADCAST,
     LATEST,
     NODE_DEFAULT,
-    Ability,
     Outcome,
     ReplyMode,
     Version,
@@ -64,15 +63,14 @@ class Device:
             request = decode_request(frame)
         except RemoteProtocolError:
             return None
-        needed: Ability | None = needed_for(request)
-        able = needed is None or needed in self.abilities
+        able = request.needs is None or request.needs in self.abilities
         return Asked(request, frame.can_id == self.node) if able else None
 
     def tell(self, asked: Asked, outcome: Outcome) -> Frame | None:
         """Report the outcome of a request other than a read, at once or later.
 
         Returns the frame to send, None if the drive does not send this outcome. Raises `BadField`
-        for an outcome that the request cannot have; `GoSynchronous` has none.
+        for an outcome that the request cannot have.
         """
         request = asked.request
         status = Status(request.code, outcome)

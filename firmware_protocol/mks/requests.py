@@ -1,17 +1,15 @@
 """A host's requests to an MKS drive: reads, settings, motions and actions.
 
-Fields are checked when a request is built (see `forms`). Motions work only in a bus mode. Targets
-are absolute or relative, in encoder counts (`...Axis`) or in pulses, which are microsteps. `acc` is
-the drive's own unit for a ramp (`ramp_rpm_s`); 0 means no ramp. The manual's nine-byte example of
-F4 is a misprint: a CAN frame has at most eight bytes.
+Fields are checked when a request is built. Motions work only in a bus mode. Targets are encoder
+counts. `acc` is the drive's own unit for a ramp (`ramp_rpm_s`); 0 means no ramp.
 """
 
 from __future__ import annotations
 
 from typing import Annotated, ClassVar, Self, TypeAlias, get_args
 
-from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import boolean, message
+from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.fields import message
 from firmware_protocol.mks.values import (
     NODE_MAX,
     SPEED_MAX_RPM,
@@ -36,7 +34,7 @@ from firmware_protocol.mks.values import (
 
 @message()
 class ReadEncoder(Message, code=Code.ENCODER):
-    """Ask for the shaft's position in counts from the set zero, the scale of F4 and F5."""
+    """Ask for the shaft's position in counts from the set zero, the scale of F5."""
 
 
 @message()
@@ -122,10 +120,6 @@ _Microsteps: TypeAlias = Annotated[
 ]
 _Node: TypeAlias = Annotated[int, unsigned(2, 1, NODE_MAX)]
 _Word: TypeAlias = Annotated[int, unsigned(2)]
-_Kept: TypeAlias = Annotated[  # empty if the current is stored
-    bool,
-    Form(0, boolean, lambda value: b"" if value else b"\0", lambda data: data != b"\0"),
-]
 
 
 @message()
@@ -137,17 +131,9 @@ class SetMode(Message, code=Code.MODE):
 
 @message()
 class SetCurrent(Message, code=Code.CURRENT):
-    """Set the motor's current; setting it without storing (`keep`) works since 1.0.7."""
+    """Set the motor's current."""
 
     current_ma: Annotated[int, unsigned(2, 1, CURRENT_MAX_MA)]
-    keep: _Kept = True
-
-    @classmethod
-    def read(cls, payload: bytes) -> Self:
-        """Decode a payload; it has an extra byte if the current is not stored."""
-        keep = payload[2:] != b"\0"
-        sized(payload, 2 if keep else 3)
-        return cls(int.from_bytes(payload[:2], "big"), keep)
 
 
 @message()
@@ -257,127 +243,57 @@ class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
 
 # -- moves ---------------------------------------------------------------------------------------
 
-ACC_MAX = 255
-TARGET_BYTES = 3
-_CLOCKWISE = 0x8000
-_SPEED = 0x0FFF
-_MOVE_ORDER = ("speed_rpm", "acc")
-
-_Target: TypeAlias = Annotated[int, signed(TARGET_BYTES, TARGET_MAX)]
-_Speed: TypeAlias = Annotated[int, unsigned(2, 1, SPEED_MAX_RPM)]
-_Acc: TypeAlias = Annotated[int, unsigned(1)]
-
-
-def _way(speed_rpm: int, clockwise: bool) -> bytes:
-    return (speed_rpm | (_CLOCKWISE if clockwise else 0)).to_bytes(2, "big")
-
-
-def _check_signed_speed(field: str, value: object) -> None:
-    if whole(field, value, -SPEED_MAX_RPM, SPEED_MAX_RPM) == 0:
-        raise BadField(field, value, "other than 0, which is a Stop")
-
-
-def _read_signed_speed(data: bytes) -> int:
-    way = int.from_bytes(data, "big")
-    return -(way & _SPEED) if way & _CLOCKWISE else way & _SPEED
-
-
-_SignedSpeed: TypeAlias = Annotated[
-    int,
-    Form(2, _check_signed_speed, lambda value: _way(abs(value), value < 0), _read_signed_speed),
-]
+_TARGET_BYTES = 3
 
 
 @message()
-class MoveRelativeAxis(Message, code=Code.RELATIVE_AXIS, order=(*_MOVE_ORDER, "counts")):
-    """Move by a number of encoder counts."""
-
-    counts: _Target
-    speed_rpm: _Speed
-    acc: _Acc
-
-
-@message()
-class MoveAbsoluteAxis(Message, code=Code.ABSOLUTE_AXIS, order=(*_MOVE_ORDER, "counts")):
+class MoveAbsoluteAxis(Message, code=Code.ABSOLUTE_AXIS, order=("speed_rpm", "acc", "counts")):
     """Move to an encoder count. Since 1.0.5 it also replaces a motion under way."""
 
-    counts: _Target
-    speed_rpm: _Speed
-    acc: _Acc
+    counts: Annotated[int, signed(_TARGET_BYTES, TARGET_MAX)]
+    speed_rpm: Annotated[int, unsigned(2, 1, SPEED_MAX_RPM)]
+    acc: Annotated[int, unsigned(1)]
+
+
+# The other kinds of motions, with the number of bytes after the code: by a distance (F4, FD), to a
+# pulse (FE), without an end (F6), and the common start of stored ones (4B).
+OTHER_MOTIONS = {
+    Code.RELATIVE_AXIS: 6,
+    Code.RELATIVE_PULSES: 6,
+    Code.ABSOLUTE_PULSES: 6,
+    Code.SPEED_MODE: 3,
+    Code.GO: 0,
+}
+MOTION_CODES = frozenset({Code.ABSOLUTE_AXIS, *OTHER_MOTIONS}) - {Code.GO}
 
 
 @message()
-class MoveAbsolutePulses(
-    Message,
-    code=Code.ABSOLUTE_PULSES,
-    needs=Ability.ABSOLUTE_PULSES,
-    order=(*_MOVE_ORDER, "pulses"),
-):
-    """Move to a position in pulses."""
+class OtherMotion:
+    """A motion of a kind that no program here sends: its bytes, for people who watch a bus."""
 
-    pulses: _Target
-    speed_rpm: _Speed
-    acc: _Acc
+    needs: ClassVar[Ability | None] = None
+    code: Code
+    payload: bytes
 
+    def __post_init__(self) -> None:
+        if self.code not in OTHER_MOTIONS:
+            raise BadField("code", self.code, "the Code of another motion than F5")
+        sized(self.payload, OTHER_MOTIONS[self.code])
 
-_DISTANCE_MAX = (1 << 8 * TARGET_BYTES) - 1
-
-
-@message()
-class MoveRelativePulses(Message, code=Code.RELATIVE_PULSES):
-    """Move by a number of pulses. The direction is sent with the speed."""
-
-    pulses: Annotated[int, signed(TARGET_BYTES + 1, _DISTANCE_MAX)]
-    speed_rpm: _Speed
-    acc: _Acc
-
-    @property
-    def payload(self) -> bytes:
-        """Direction and speed, acc, distance."""
-        distance = abs(self.pulses).to_bytes(TARGET_BYTES, "big")
-        return _way(self.speed_rpm, self.pulses < 0) + bytes((self.acc,)) + distance
-
-    @classmethod
-    def read(cls, payload: bytes) -> Self:
-        """Decode a payload."""
-        sized(payload, 6)
-        way = int.from_bytes(payload[:2], "big")
-        distance = int.from_bytes(payload[3:], "big")
-        return cls(-distance if way & _CLOCKWISE else distance, way & _SPEED, payload[2])
-
-
-@message()
-class RunAtSpeed(Message, code=Code.SPEED_MODE):
-    """Run at a signed speed until the next command; only the silence watchdog ends it otherwise."""
-
-    speed_rpm: _SignedSpeed
-    acc: _Acc
-
-
-Move: TypeAlias = MoveRelativeAxis | MoveAbsoluteAxis | MoveRelativePulses | MoveAbsolutePulses
-MOVES: tuple[type[Move], ...] = get_args(Move)
-MOTION_CODES = frozenset((*(move.code for move in MOVES), Code.SPEED_MODE))
 
 # -- stops, current, homing and other actions ----------------------------------------------------
 
 
 @message()
-class Stop:
-    """End a motion with this code by a ramp of `acc`, or at once if `acc` is 0."""
+class Stop(Message, code=Code.ABSOLUTE_AXIS):
+    """End a motion by a ramp of `acc`, or at once if `acc` is 0: a speed of 0 and any target."""
 
-    needs: ClassVar[Ability | None] = None
-    code: Code
-    acc: int
-
-    def __post_init__(self) -> None:
-        _code_of(MOTION_CODES, "a motion").check("code", self.code)
-        whole("acc", self.acc, 0, ACC_MAX)
+    acc: Annotated[int, unsigned(1)]
 
     @property
     def payload(self) -> bytes:
-        """A speed of 0, acc, and, for moves with a distance, a distance of 0."""
-        rest = b"" if self.code is Code.SPEED_MODE else bytes(TARGET_BYTES)
-        return bytes((0, 0, self.acc)) + rest
+        """A speed of 0, acc, a target of 0."""
+        return bytes((0, 0, self.acc)) + bytes(_TARGET_BYTES)
 
 
 @message()
@@ -394,14 +310,9 @@ class Enable(Message, code=Code.ENABLE):
 
 @message()
 class ArmSynchronous(Message, code=Code.ARM, needs=Ability.SYNCHRONOUS_START):
-    """Make the drive store motions until `GoSynchronous`, or end this mode."""
+    """Make the drive store motions until a common start (4B), or end this mode."""
 
     on: Switch
-
-
-@message()
-class GoSynchronous(Message, code=Code.GO, needs=Ability.SYNCHRONOUS_START):
-    """Start every stored motion. Broadcast only; repeat it after 1 ms, as drives may miss it."""
 
 
 @message()
@@ -437,19 +348,12 @@ class ClearStall(Message, code=Code.CLEAR_STALL):
 
 
 # Requests that the drive first answers with `STARTED`, and later with their outcome.
-Motion: TypeAlias = Move | RunAtSpeed | Stop | Home | Calibrate
+Motion: TypeAlias = MoveAbsoluteAxis | OtherMotion | Stop | Home | Calibrate
 # The codes of these requests.
 COURSE_CODES = MOTION_CODES | {Code.HOME, Code.CALIBRATE}
-Action: TypeAlias = EmergencyStop | Enable | ArmSynchronous | GoSynchronous | SetZero | ClearStall
+Action: TypeAlias = EmergencyStop | Enable | ArmSynchronous | SetZero | ClearStall
 ACTIONS: tuple[type[Action], ...] = get_args(Action)
 Request: TypeAlias = Read | ReadSetting | Motion | Action | Setting
-
-
-def needed_for(request: Request) -> Ability | None:
-    """Return the ability that a request requires; None if every drive understands it."""
-    if isinstance(request, SetCurrent) and not request.keep:
-        return Ability.UNKEPT_CURRENT
-    return request.needs
 
 
 def answer_code(request: Request) -> Code:

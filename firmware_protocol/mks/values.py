@@ -20,7 +20,7 @@ BROADCAST = 0
 NODE_MAX = 0x7FF
 # The factory id of every drive.
 NODE_DEFAULT = 1
-# Encoder counts per turn: the unit of the axis commands, F4 and F5.
+# Encoder counts per turn: the unit of targets (F5).
 COUNTS_PER_TURN = 0x4000
 # Counts per second at 1 rpm.
 COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
@@ -223,13 +223,11 @@ class Ability(Enum):
         return one
 
     ZERO = "set the zero", (1, 0, 1)
-    ABSOLUTE_PULSES = "move to a position in pulses", (1, 0, 4)
     EMERGENCY_STOP = "emergency stop", (1, 0, 4)
     CHOICE_OF_COMPLETION = "two bytes in 8C: no replies at the end of a motion", (1, 0, 4)
     RETARGET = "an F5 replaces the one that is under way", (1, 0, 5)
     READ_SETTINGS = "read settings", (1, 0, 6)
     RAW_ENCODER = "read the raw encoder", (1, 0, 6)
-    UNKEPT_CURRENT = "set a current without storing it", (1, 0, 7)
     HOMING_BY_COMMAND_READ = "read the state of a commanded homing", (1, 0, 7)
     SYNCHRONOUS_START = "synchronous start", (1, 0, 8)
     ARRIVAL_THRESHOLD = "set the arrival threshold", (1, 0, 8)

@@ -19,7 +19,7 @@ from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import Current, State, Trust
 from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
-from firmware_protocol.mks import Enable, GoSynchronous, Home, Motion, decode_request
+from firmware_protocol.mks import Enable, Home, Motion, decode_request
 from kinematics import Joints
 
 START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
@@ -41,7 +41,7 @@ _COMMANDS = frozenset(place.index for place in (CONTROLWORD, MODE, TARGET_POSITI
 def commands_motion_mks(frame: Frame) -> bool:
     """Return whether a frame switches a motor on or moves it."""
     request = decode_request(frame)
-    return isinstance(request, Motion | GoSynchronous | Home) or request == Enable(on=True)
+    return isinstance(request, Motion | Home) or request == Enable(on=True)
 
 
 def commands_motion_cia402(frame: Frame) -> bool:

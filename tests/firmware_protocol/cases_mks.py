@@ -9,27 +9,25 @@ from firmware_protocol.frames import pack
 
 NODES = st.integers(1, 0x7FF)
 SPEED, ACC, BOOLS = st.integers(1, 3000), st.integers(0, 255), st.booleans()
-SIGNED_SPEED = SPEED | SPEED.map(lambda speed_rpm: -speed_rpm)
 TARGET, WORD = st.integers(-8388607, 8388607), st.integers(0, 0xFFFF)
 INT48 = st.integers(-(1 << 47), (1 << 47) - 1)
 INT32 = st.integers(-(1 << 31), (1 << 31) - 1)
 
-MOVES = st.one_of(
-    *[
-        st.builds(kind, TARGET, SPEED, ACC)
-        for kind in (mks.MoveRelativeAxis, mks.MoveAbsoluteAxis, mks.MoveAbsolutePulses)
-    ],
-    st.builds(mks.MoveRelativePulses, st.integers(-0xFFFFFF, 0xFFFFFF), SPEED, ACC),
-)
+
+def _other_motions(code):
+    size = mks.OTHER_MOTIONS[code]
+    return st.builds(mks.OtherMotion, st.just(code), st.binary(min_size=size, max_size=size))
+
+
 MOTIONS = st.one_of(
-    MOVES,
-    st.builds(mks.RunAtSpeed, SIGNED_SPEED, ACC),
-    st.builds(mks.Stop, st.sampled_from(sorted(mks.MOTION_CODES)), ACC),
+    st.builds(mks.MoveAbsoluteAxis, TARGET, SPEED, ACC),
+    st.sampled_from(sorted(mks.OTHER_MOTIONS)).flatmap(_other_motions),
+    st.builds(mks.Stop, ACC),
     st.sampled_from([mks.Home(), mks.Calibrate()]),
 )
 SETTINGS = st.one_of(
     st.builds(mks.SetMode, st.sampled_from(mks.Mode)),
-    st.builds(mks.SetCurrent, st.integers(1, 5200), BOOLS),
+    st.builds(mks.SetCurrent, st.integers(1, 5200)),
     st.builds(mks.SetMicrosteps, st.integers(1, 256)),
     st.builds(mks.SetStallProtection, BOOLS),
     st.builds(mks.SetHoming, BOOLS, BOOLS, st.integers(0, 3000), BOOLS, st.integers(0, 2)),
@@ -62,7 +60,7 @@ ACTIONS = st.one_of(
     st.builds(mks.ArmSynchronous, BOOLS),
     st.sampled_from([mks.EmergencyStop(), mks.SetZero(), mks.ClearStall()]),
 )
-REQUESTS = st.one_of(MOTIONS, SETTINGS, READS, READ_SETTINGS, ACTIONS, st.just(mks.GoSynchronous()))
+REQUESTS = st.one_of(MOTIONS, SETTINGS, READS, READ_SETTINGS, ACTIONS)
 READINGS = st.one_of(*PLAIN_READS.values())
 
 
@@ -116,8 +114,7 @@ HOST = FuzzCase("mks host", lambda: mks.Host(DRIVES), ANSWER_RECORDS, _host_saw_
 # -- What the tests of the host of six drives say and hear -----------------------------------------
 
 ONE = mks.MoveAbsoluteAxis(0x4000, 600, 2)
-BY = mks.MoveRelativeAxis(100, 60, 2)
-HALT = mks.Stop(mks.Code.ABSOLUTE_AXIS, 4)
+HALT = mks.Stop(4)
 HERE = mks.EncoderRead(123)
 
 

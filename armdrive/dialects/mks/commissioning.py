@@ -56,7 +56,6 @@ from firmware_protocol.mks import (
     SilenceWatchdog,
     StateRead,
     Status,
-    needed_for,
 )
 from kinematics.text import counted
 
@@ -228,7 +227,7 @@ class MksDriveAtHand:
         return [
             each
             for each in wanted_settings(self.arm.device, current_ma)
-            if needed_for(each.setting) in (None, *self.found.able)
+            if each.setting.needs in (None, *self.found.able)
         ]
 
     def _differing(self, current_ma: int) -> list[WantedSetting]:

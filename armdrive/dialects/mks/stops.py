@@ -16,7 +16,6 @@ from firmware_protocol.mks import (
     TARGET_MAX,
     Ability,
     AngleErrorRead,
-    Code,
     EmergencyStop,
     MoveAbsoluteAxis,
     ReadAngleError,
@@ -93,7 +92,7 @@ class MksStops:
         if hard and io.can(Ability.EMERGENCY_STOP):
             io.put(drive, EmergencyStop(), "EMERGENCY STOP")
         else:
-            io.put(drive, Stop(Code.ABSOLUTE_AXIS, 0 if hard else ramp), "STOP")
+            io.put(drive, Stop(0 if hard else ramp), "STOP")
 
     def relieve(self, drives: Collection[MksDrive]) -> MksScript[dict[MksDrive, int]]:
         """Give drives that push their places as targets; return how far off their targets were.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import Any
 
 from armdrive.dialects.bus.words import (
     FrameCheck,
@@ -28,15 +27,11 @@ from firmware_protocol.mks import (
     Enable,
     EnabledRead,
     EncoderRead,
-    GoSynchronous,
     MoveAbsoluteAxis,
-    MoveAbsolutePulses,
-    MoveRelativeAxis,
-    MoveRelativePulses,
+    OtherMotion,
     RawEncoderRead,
     ReadSetting,
     Request,
-    RunAtSpeed,
     SettingRead,
     SetZero,
     StateRead,
@@ -46,10 +41,6 @@ from firmware_protocol.mks import (
     decode_answer,
     decode_request,
 )
-
-
-def _pace(message: Any) -> str:
-    return f"at {message.speed_rpm} rpm, acc {message.acc}"
 
 
 def _setting(message: SettingRead) -> str:
@@ -75,13 +66,11 @@ SENTENCES: Sentences = MappingProxyType(
         ArmSynchronous: lambda message: (
             "store moves for a common start" if message.on else "start moves at once"
         ),
-        GoSynchronous: lambda _: "start the stored moves",
         SetZero: lambda _: "count from here",
-        MoveAbsoluteAxis: lambda message: f"go to {message.counts} {_pace(message)}",
-        MoveRelativeAxis: lambda message: f"go by {message.counts:+d} {_pace(message)}",
-        MoveAbsolutePulses: lambda message: f"go to pulse {message.pulses} {_pace(message)}",
-        MoveRelativePulses: lambda message: f"go in pulses by {message.pulses:+d} {_pace(message)}",
-        RunAtSpeed: lambda message: f"turn without end {_pace(message)}",
+        MoveAbsoluteAxis: lambda message: (
+            f"go to {message.counts} at {message.speed_rpm} rpm, acc {message.acc}"
+        ),
+        OtherMotion: lambda message: f"{plain(message.code)} {message.payload.hex(' ')}".rstrip(),
     }
 )
 

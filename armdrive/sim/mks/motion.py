@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from types import MappingProxyType
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 from armdrive.sim.bus.node import NodeMotor
 from armdrive.sim.mechanics.shafts import ShaftPoint
@@ -35,8 +34,6 @@ FACTORY: tuple[mks.Setting, ...] = (
     mks.SetId(1),
     mks.SetReplies(mks.ReplyMode.FULL),
 )
-# Full steps in one turn of the motor.
-FULL_STEPS = 200
 
 
 class Flash:
@@ -73,15 +70,10 @@ class Flash:
         timeout_ms = self.of(mks.SilenceWatchdog).timeout_ms
         return timeout_ms / 1000 if timeout_ms else math.inf
 
-    @property
-    def counts_per_pulse(self) -> float:
-        """How many counts one pulse turns the shaft."""
-        return COUNTS_PER_TURN / (FULL_STEPS * self.of(mks.SetMicrosteps).microsteps)
-
     def rpm_of(self, speed_rpm: int) -> float:
         """Return the true speed for an ordered one, which depends on microsteps and mode."""
-        top = self.mode.top_rpm
-        return min(max(mks.true_rpm(speed_rpm, self.of(mks.SetMicrosteps).microsteps), -top), top)
+        microsteps = self.of(mks.SetMicrosteps).microsteps
+        return min(mks.true_rpm(speed_rpm, microsteps), self.mode.top_rpm)
 
     def to_json(self) -> dict[str, str]:
         """Return the settings as bytes in hexadecimal, by the names of their codes."""
@@ -138,20 +130,6 @@ STALL_S = 0.05
 ARRIVAL_PER_TURN = 65_536
 # The homing method that runs against a mechanical stop; 0 searches for the switch.
 AGAINST_A_STOP = 1
-
-# The target of each kind of move; `pulse` is one pulse in counts.
-_GOALS: Mapping[type, Callable[[NodeMotor, Any, float], int]] = MappingProxyType(
-    {
-        mks.MoveAbsoluteAxis: lambda motor, order, _: motor.zero + order.counts,
-        mks.MoveRelativeAxis: lambda motor, order, _: motor.point.end + order.counts,
-        mks.MoveAbsolutePulses: lambda motor, order, pulse: (
-            motor.zero + round(order.pulses * pulse)
-        ),
-        mks.MoveRelativePulses: lambda motor, order, pulse: (
-            motor.point.end + round(order.pulses * pulse)
-        ),
-    }
-)
 
 
 class MksNodeMotion:
@@ -231,8 +209,6 @@ class MksNodeMotion:
         self._has_moved = True
         self._acc = getattr(request, "acc", HOMING_ACC)
         match request:
-            case mks.RunAtSpeed():
-                self._run(self._rate_of(request.speed_rpm), now_s)
             case mks.Stop():
                 self._run(0.0, now_s)
             case mks.Calibrate():
@@ -241,9 +217,8 @@ class MksNodeMotion:
                 )
             case mks.Home():
                 self._seek(now_s)
-            case order:
-                goal = _GOALS[type(order)](self._motor, order, self._flash.counts_per_pulse)
-                self._go(goal, getattr(order, "speed_rpm", 0), now_s)
+            case mks.MoveAbsoluteAxis(counts, speed_rpm):
+                self._go(self._motor.zero + counts, speed_rpm, now_s)
         self._switch_s = self._passes_switch_s(now_s)
 
     def arm(self, on: bool) -> None:
@@ -292,7 +267,7 @@ class MksNodeMotion:
         brakes = self.state(now_s) is mks.MotorState.DECELERATING
         if self._quirks.retarget_creeps and self.moving(now_s) and not brakes:
             speed_rpm = min(speed_rpm, CREEP_RPM)
-        self._point.go_to(goal, self._rate_of(max(speed_rpm, 1)), slope_of(self._acc), now_s)
+        self._point.go_to(goal, self._rate_of(speed_rpm), slope_of(self._acc), now_s)
 
     def _run(self, rate: float, now_s: float) -> None:
         self._point.go_at(rate, slope_of(self._acc), now_s)

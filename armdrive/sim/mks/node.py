@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias, get_args
 
@@ -266,15 +266,10 @@ def _free(node: MksNode) -> bool:
     return able and not node.motion.searching
 
 
-def _moves(node: MksNode, asked: Asked, now_s: float) -> bool:
+def _moves(node: MksNode, _: Asked, now_s: float) -> bool:
     """Return whether it takes a motion: it stands, or the motion may replace the present one."""
-    motion, code = node.motion, asked.request.code
-    if not _free(node) or motion.armed or not motion.moving(now_s):
-        return _free(node)
-    if motion.under_way is not None and motion.under_way.request.code is not code:
-        return False
-    retargets = code is Code.ABSOLUTE_AXIS and mks.Ability.RETARGET in node.device.abilities
-    return retargets or code is Code.SPEED_MODE
+    replaces = node.motion.armed or mks.Ability.RETARGET in node.device.abilities
+    return _free(node) and (replaces or not node.motion.moving(now_s))
 
 
 def _move(node: MksNode, asked: Asked, now_s: float) -> None:
@@ -324,7 +319,7 @@ def _set(node: MksNode, asked: Any, now_s: float) -> None:
     setting = asked.request
     if isinstance(setting, mks.SetMode) and setting.mode is not mks.Mode.BUS_FOC:
         node.motion.halt(now_s)
-    node.put(replace(setting, keep=True) if isinstance(setting, mks.SetCurrent) else setting, now_s)
+    node.put(setting, now_s)
     node.tell(asked, Outcome.DONE)
     node.remake()
 
@@ -344,10 +339,9 @@ _SEARCH = Command(
     lambda node, asked, now_s: node.motion.begin(asked, now_s), Outcome.STARTED, _searches
 )
 # fmt: off
-# Requests without a row, such as a synchronous start (4B), are ignored.
+# Requests without a row, the other kinds of motion (F4, F6, FD, FE, 4B), are ignored.
 COMMANDS: Mapping[type, Command] = MappingProxyType({
-    mks.MoveAbsoluteAxis: _MOVE, mks.MoveRelativeAxis: _MOVE, mks.MoveAbsolutePulses: _MOVE,
-    mks.MoveRelativePulses: _MOVE, mks.RunAtSpeed: _MOVE,
+    mks.MoveAbsoluteAxis: _MOVE,
     mks.Home: _SEARCH, mks.Calibrate: _SEARCH,
     mks.Stop: Command(_stop, Outcome.STARTED),
     mks.EmergencyStop: Command(lambda node, _, now_s: node.motion.halt(now_s)),

@@ -8,7 +8,6 @@ from amounts import every_row
 from cases_mks import (
     ACTIONS,
     ANSWER_RECORDS,
-    BY,
     DRIVES,
     HALT,
     HERE,
@@ -53,9 +52,9 @@ def test_an_answer_belongs_to_the_request_of_its_drive_and_code():
 
 @every_row("code", sorted(mks.COURSE_CODES | {mks.Code.ENABLE, mks.Code.MODE}))
 def test_the_first_answer_closes_a_request_and_later_ones_belong_to_none(code):
-    request = {each.code: each for each in (ONE, BY, *OTHERS)}.get(code)
+    request = {each.code: each for each in (ONE, *OTHERS)}.get(code)
     if request is None:
-        request = mks.Stop(code, 0)
+        request = mks.OtherMotion(code, bytes(mks.OTHER_MOTIONS[code]))
     for what in mks.Outcome:
         with contextlib.suppress(BadField):
             report, host = mks.Status(code, what), asked(request)
@@ -182,8 +181,8 @@ def test_it_ignores_what_is_for_others_or_unreadable_or_not_in_its_firmware():
         *put(1, mks.SilenceWatchdog(500)),
     ]
     assert events_of(device, frames) == []
-    assert events_of(device, put(mks.BROADCAST, mks.GoSynchronous())) == [
-        mks.Asked(mks.GoSynchronous(), alone=False)
+    assert events_of(device, put(mks.BROADCAST, mks.ReadState())) == [
+        mks.Asked(mks.ReadState(), alone=False)
     ]
 
 
@@ -198,8 +197,6 @@ def test_only_what_fits_is_said_of_a_request():
     device = mks.Device(1)
     with pytest.raises(BadField, match="outcome must be for ENABLE one of: DONE, FAILED"):
         device.tell(mks.Asked(mks.Enable(True)), mks.Outcome.STARTED)
-    with pytest.raises(BadField, match="outcome must be for GO one of: none"):
-        device.tell(mks.Asked(mks.GoSynchronous(), alone=False), mks.Outcome.DONE)
 
 
 @given(st.one_of(MOTIONS, ACTIONS, SETTINGS), st.sampled_from(mks.ReplyMode), st.booleans())

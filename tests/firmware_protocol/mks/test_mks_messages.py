@@ -18,6 +18,11 @@ from firmware_protocol import mks
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
+
+def other(code: mks.Code, payload: str) -> mks.OtherMotion:
+    return mks.OtherMotion(code, bytes.fromhex(payload))
+
+
 MANUAL_REQUESTS = [
     (mks.ReadEncoder(), "01 31 32"),
     (mks.EmergencyStop(), "01 F7 F8"),
@@ -27,18 +32,13 @@ MANUAL_REQUESTS = [
     (mks.SetZero(), "01 92 93"),
     (mks.MoveAbsoluteAxis(0x4000, 600, 2), "01 F5 02 58 02 00 40 00 92"),
     (mks.MoveAbsoluteAxis(-0x4000, 600, 2), "01 F5 02 58 02 FF C0 00 11"),
-    (mks.MoveRelativeAxis(0x4000, 600, 2), "01 F4 02 58 02 00 40 00 91"),
-    (mks.MoveRelativeAxis(-0x4000, 600, 2), "01 F4 02 58 02 FF C0 00 10"),
-    (mks.MoveRelativePulses(0xFA00, 320, 2), "01 FD 01 40 02 00 FA 00 3B"),
-    (mks.MoveRelativePulses(-320_000, 100, 2), "02 FD 80 64 02 04 E2 00 CB"),
-    (mks.MoveRelativePulses(3200, 300, 100), "50 FD 01 2C 64 00 0C 80 6A"),
-    (mks.MoveAbsolutePulses(0x0C80, 600, 2), "01 FE 02 58 02 00 0C 80 E7"),
-    (mks.RunAtSpeed(320, 2), "01 F6 01 40 02 3A"),
-    (mks.RunAtSpeed(-320, 2), "01 F6 81 40 02 BA"),
-    (mks.RunAtSpeed(640, 2), "01 F6 02 80 02 7B"),
-    (mks.Stop(mks.Code.ABSOLUTE_AXIS, 4), "01 F5 00 00 04 00 00 00 FA"),
+    (other(mks.Code.RELATIVE_AXIS, "02 58 02 00 40 00"), "01 F4 02 58 02 00 40 00 91"),
+    (other(mks.Code.RELATIVE_PULSES, "80 64 02 04 E2 00"), "02 FD 80 64 02 04 E2 00 CB"),
+    (other(mks.Code.ABSOLUTE_PULSES, "02 58 02 00 0C 80"), "01 FE 02 58 02 00 0C 80 E7"),
+    (other(mks.Code.SPEED_MODE, "81 40 02"), "01 F6 81 40 02 BA"),
+    (mks.Stop(4), "01 F5 00 00 04 00 00 00 FA"),
     (mks.ArmSynchronous(True), "00 4A 01 4B"),
-    (mks.GoSynchronous(), "00 4B 4B"),
+    (other(mks.Code.GO, ""), "00 4B 4B"),
     (mks.ReadSetting(mks.Code.CURRENT), "01 00 83 84"),
     (mks.Calibrate(), "01 80 00 81"),
 ]
@@ -54,10 +54,7 @@ OTHER_REQUESTS = [
     (mks.ReadState(), "06 F1 F7"),
     (mks.Enable(True), "06 F3 01 FA"),
     (mks.Enable(False), "06 F3 00 F9"),
-    (mks.Stop(mks.Code.SPEED_MODE, 2), "01 F6 00 00 02 F9"),
-    (mks.Stop(mks.Code.RELATIVE_PULSES, 0), "01 FD 00 00 00 00 00 00 FE"),
     (mks.SetCurrent(3200), "01 83 0C 80 10"),
-    (mks.SetCurrent(3200, keep=False), "01 83 0C 80 00 10"),
     (mks.SetMicrosteps(16), "01 84 10 95"),
     (mks.SetMicrosteps(256), "01 84 00 85"),
     (mks.SetStallProtection(True), "01 88 01 8A"),
@@ -111,12 +108,10 @@ REFUSED = [
     (lambda: mks.MoveAbsoluteAxis(1, 0, 0), "speed_rpm"),  # would be a stop
     (lambda: mks.MoveAbsoluteAxis(1, 3001, 0), "speed_rpm"),
     (lambda: mks.MoveAbsoluteAxis(1, 1, 256), "acc"),
-    (lambda: mks.MoveRelativePulses(1 << 24, 1, 0), "pulses"),
-    (lambda: mks.RunAtSpeed(0, 2), "speed_rpm"),
-    (lambda: mks.Stop(mks.Code.ENABLE, 2), "code"),
+    (lambda: mks.OtherMotion(mks.Code.ABSOLUTE_AXIS, b""), "code"),
+    (lambda: mks.Stop(256), "acc"),
     (lambda: mks.SetMode(5), "mode"),
     (lambda: mks.SetCurrent(5201), "current_ma"),
-    (lambda: mks.SetCurrent(100, keep=0), "keep"),
     (lambda: mks.SetMicrosteps(0), "microsteps"),
     (lambda: mks.SetHoming(False, False, 60, False, 3), "method"),
     (lambda: mks.SilenceWatchdog(-1), "timeout_ms"),
@@ -171,14 +166,10 @@ def test_a_version_of_two_bytes_is_not_guessed_at(firmware, version):
 
 FIRST = {
     (1, 0, 0): set(),
-    (1, 0, 4): {
-        mks.Ability.EMERGENCY_STOP,
-        mks.Ability.ABSOLUTE_PULSES,
-        mks.Ability.CHOICE_OF_COMPLETION,
-    },
+    (1, 0, 4): {mks.Ability.EMERGENCY_STOP, mks.Ability.CHOICE_OF_COMPLETION},
     (1, 0, 5): {mks.Ability.RETARGET},
     (1, 0, 6): {mks.Ability.READ_SETTINGS, mks.Ability.RAW_ENCODER},
-    (1, 0, 7): {mks.Ability.UNKEPT_CURRENT},
+    (1, 0, 7): {mks.Ability.HOMING_BY_COMMAND_READ},
     (1, 0, 8): {mks.Ability.SYNCHRONOUS_START},
     (1, 0, 9): {mks.Ability.SILENCE_WATCHDOG},
 }
@@ -200,16 +191,13 @@ def test_each_firmware_can_do_what_the_older_could_and_more():
     [
         (mks.ReadEncoder(), None),
         (mks.ReadVersion(), mks.Ability.VERSION),
-        (mks.GoSynchronous(), mks.Ability.SYNCHRONOUS_START),
         (mks.SetCurrent(100), None),
-        (mks.SetCurrent(100, keep=False), mks.Ability.UNKEPT_CURRENT),
-        (mks.SetReplies(mks.ReplyMode.FULL), mks.Ability.CHOICE_OF_COMPLETION),
         (mks.SetReplies(mks.ReplyMode.IMMEDIATE), mks.Ability.CHOICE_OF_COMPLETION),
         (mks.SilenceWatchdog(0), mks.Ability.SILENCE_WATCHDOG),
     ],
 )
 def test_a_request_needs_an_ability(request_, ability):
-    assert mks.needed_for(request_) is ability
+    assert request_.needs is ability
 
 
 # -- Frames ----------------------------------------------------------------------------------------
@@ -278,11 +266,10 @@ def test_every_outcome_of_a_code_is_read_back(code):
             assert mks.decode_answer(mks.encode(1, status)) == status
 
 
-@every_row("code", sorted(mks.MOTION_CODES - {mks.Code.SPEED_MODE}))
-def test_a_speed_of_zero_is_a_stop_wherever_it_is_to_go(code):
-    data = bytes((code, 0, 0, 7, 0, 0x40, 0))
+def test_a_speed_of_zero_is_a_stop_wherever_it_is_to_go():
+    data = bytes((mks.Code.ABSOLUTE_AXIS, 0, 0, 7, 0, 0x40, 0))
     frame = Frame(1, data + bytes((mks.check_byte(1, data),)))
-    assert mks.decode_request(frame) == mks.Stop(code, 7)
+    assert mks.decode_request(frame) == mks.Stop(7)
 
 
 @given(st.one_of(REQUESTS, READINGS), NODES, st.integers(0, 7), st.integers(1, 255))

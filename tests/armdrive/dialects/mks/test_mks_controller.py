@@ -41,7 +41,7 @@ from firmware_protocol.mks import (
     Home,
     HomingState,
     Mode,
-    RunAtSpeed,
+    MoveAbsoluteAxis,
     SetStallProtection,
     SilenceWatchdog,
     encode,
@@ -92,11 +92,11 @@ def left_by_an_earlier_program(request_) -> MksBench:
     return bench
 
 
-EARLIER = [RunAtSpeed(60, 236), Home()]
+EARLIER = [MoveAbsoluteAxis(100 * 0x4000, 60, 236), Home()]
 
 
 def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_stopped():
-    bench = left_by_an_earlier_program(RunAtSpeed(60, 236))
+    bench = left_by_an_earlier_program(MoveAbsoluteAxis(100 * 0x4000, 60, 236))
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
     bench.check_stands()

@@ -10,12 +10,10 @@ from firmware_protocol.mks.values import Bitrate
 
 ASKED_FOR = {
     mks.Ability.ZERO: mks.SetZero(),
-    mks.Ability.ABSOLUTE_PULSES: mks.MoveAbsolutePulses(10, 60, 0),
     mks.Ability.EMERGENCY_STOP: mks.EmergencyStop(),
     mks.Ability.CHOICE_OF_COMPLETION: mks.SetReplies(mks.ReplyMode.IMMEDIATE),
     mks.Ability.READ_SETTINGS: mks.ReadSetting(mks.Code.MODE),
     mks.Ability.RAW_ENCODER: mks.ReadRawEncoder(),
-    mks.Ability.UNKEPT_CURRENT: mks.SetCurrent(1000, keep=False),
     mks.Ability.SYNCHRONOUS_START: mks.ArmSynchronous(True),
     mks.Ability.ARRIVAL_THRESHOLD: mks.SetArrival(True),
     mks.Ability.VERSION: mks.ReadVersion(),
@@ -93,18 +91,15 @@ class TestStoring:
         bench = Bench()
         bench.ask(1, mks.ArmSynchronous(True))
         bench.ask(1, mks.MoveAbsoluteAxis(TURN, 60, 0))
-        assert said(bench.ask(1, mks.Stop(mks.Code.ABSOLUTE_AXIS, 0))) == [STARTED, DONE]
+        assert said(bench.ask(1, mks.Stop(0))) == [STARTED, DONE]
         assert bench.counts(1) == 0
 
 
 class TestWatchdog:
-    @pytest.mark.parametrize(
-        "request_", [mks.RunAtSpeed(60, 250), mks.MoveAbsoluteAxis(5 * TURN, 60, 250)]
-    )
-    def test_it_stops_a_drive_in_its_time_when_nothing_comes(self, request_):
+    def test_it_stops_a_drive_in_its_time_when_nothing_comes(self):
         bench = Bench()
         bench.ask(1, mks.SilenceWatchdog(200))
-        bench.send(1, request_)
+        bench.send(1, mks.MoveAbsoluteAxis(5 * TURN, 60, 250))
         bench.run(0.0)
         bench.run(0.2)
         node = bench.board.nodes[0]
@@ -121,14 +116,14 @@ class TestWatchdog:
     def test_only_frames_to_a_drive_itself_feed_it(self, node, fed):
         bench = Bench()
         bench.ask(1, mks.SilenceWatchdog(200))
-        bench.send(1, mks.RunAtSpeed(60, 250))
+        bench.send(1, mks.MoveAbsoluteAxis(50 * TURN, 60, 250))
         for _ in range(10):
             bench.ask(node, mks.ReadEncoder(), 0.15)
         assert (bench.board.nodes[0].motion.watchdog_stops == 0) is fed
 
     def test_it_is_off_unless_somebody_switches_it_on(self):
         bench = Bench()
-        bench.ask(1, mks.RunAtSpeed(60, 250), 5.0)
+        bench.ask(1, mks.MoveAbsoluteAxis(50 * TURN, 60, 250), 5.0)
         assert bench.state(1) is mks.MotorState.FULL_SPEED
 
 
