@@ -12,7 +12,7 @@ from kinematics.chains.assignment import tip_frame as tip_frame
 from kinematics.chains.assignment import zero_position as zero_position
 from kinematics.chains.chain import Chain as Chain
 from kinematics.chains.chain import table_text as table_text
-from kinematics.chains.generated import generated as generated
+from kinematics.chains.evaluation import evaluator as evaluator
 from kinematics.chains.goals import Goal as Goal
 from kinematics.chains.goals import Part as Part
 from kinematics.chains.goals import frame_goal as frame_goal

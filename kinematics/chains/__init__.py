@@ -5,6 +5,7 @@ Which file decides what:
     links, chain   link parameters in both conventions; the chain, its limits, forward kinematics
     assignment     from joint axes to link parameters
     urdf           from and to a URDF text
+    evaluation     forward kinematics and Jacobian on floats
     arm            a chain as an arm that can be driven: which posture is chosen, how near
     branches       which closed form a chain has, and its postures; `closed_form` checks them
     inverse        the numerical solution: how often it starts, and the remaining error
@@ -12,7 +13,6 @@ Which file decides what:
     goals          which parts of a hand's frame matter
     jacobians      rates and singularities
     many           a million postures at once
-    generated      straight-line Python for one chain
 
 How an inverse is found, from `ChainArm.ik(pose, seed)` on:
 

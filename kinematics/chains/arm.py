@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import ClosedForm, closed_form
 from kinematics.chains.descent import QUICK, Descent
-from kinematics.chains.generated import Generated, generated
+from kinematics.chains.evaluation import Evaluator, evaluator
 from kinematics.chains.goals import Goal, HandTask, goal_of, pose_of, task_of
 from kinematics.chains.inverse import Reason, Solution, descend, middle, solve_goal
 from kinematics.chains.links import Convention, JointKind
@@ -58,7 +58,7 @@ class ChainArm:
     task: HandTask = field(init=False)
     moving_points: tuple[str, ...] = field(init=False, compare=False)
     _shown: tuple[int, ...] = field(init=False, repr=False, compare=False)
-    _made: Generated = field(init=False, repr=False, compare=False)
+    _evaluator: Evaluator = field(init=False, repr=False, compare=False)
     closed: ClosedForm | None = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -68,7 +68,7 @@ class ChainArm:
         names, shown = _moving(self.chain)
         object.__setattr__(self, "moving_points", names)
         object.__setattr__(self, "_shown", shown)
-        object.__setattr__(self, "_made", generated(self.chain))
+        object.__setattr__(self, "_evaluator", evaluator(self.chain))
         object.__setattr__(self, "closed", closed_form(self.chain))
 
     @property
@@ -98,7 +98,7 @@ class ChainArm:
 
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture."""
-        return pose_of(self._made.fk(self._directions(joints)), self.task, self.centre)
+        return pose_of(self._evaluator.fk(self._directions(joints)), self.task, self.centre)
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return a posture within the limits, the one near the seed where there is one.
@@ -177,7 +177,7 @@ class ChainArm:
         base = position_of(frames[0])
         foot = () if abs(base[2]) <= LENGTH_MM else ((base[0], base[1], 0.0),)
         origins = tuple(position_of(frames[index]) for index in self._shown)
-        return (*foot, base, *origins, position_of(self._made.fk(self._directions(joints))))
+        return (*foot, base, *origins, position_of(self._evaluator.fk(self._directions(joints))))
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
@@ -185,7 +185,7 @@ class ChainArm:
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the axes of the hand's frame as the columns of a matrix in the base frame."""
-        return rotation_of(self._made.fk(self._directions(joints)))
+        return rotation_of(self._evaluator.fk(self._directions(joints)))
 
     def follower(self, start: Joints) -> NearFollower:
         """Return what keeps a posture along curves of the tip that begin in it."""
@@ -210,7 +210,7 @@ class ChainArm:
         if joints is None:
             return longest
         values = self._directions(joints)
-        tip = position_of(self._made.fk(values))
+        tip = position_of(self._evaluator.fk(values))
         return tuple(
             max(norm(cross(axis, subtract(tip, point))), LEAST_LEVER_MM) if most > 0.0 else 0.0
             for (point, axis), most in zip(self.chain.axes(values), longest, strict=True)

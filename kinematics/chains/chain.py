@@ -124,6 +124,18 @@ class Chain:
             shoulder = compose(self.base, translation(0.0, 0.0, first.d_mm))
         return position_of(shoulder), self.longest_reach_mm - abs(first.d_mm) - abs(length)
 
+    @property
+    def constants(self) -> tuple[Transform, ...]:
+        """The constant frames before, between and after the joints, each in the one before it.
+
+        The tool's frame is their product with each joint's turn about z, or move along it, between
+        two of them.
+        """
+        rows = self.matrices(self.zero)
+        if self.convention is Convention.CRAIG:
+            return (compose(self.base, rows[0]), *rows[1:], self.tool)
+        return (self.base, *rows[:-1], compose(rows[-1], self.tool))
+
     def matrices(self, values: Sequence[float]) -> tuple[Transform, ...]:
         """Return the A matrix of every link: each frame in the one before it."""
         return tuple(
@@ -142,7 +154,7 @@ class Chain:
         """Return the tool's frame in the world, the manipulator transform (section 7).
 
         Works on any kind of number. Raises `KinematicsError` for the wrong number of values and
-        `BadNumber` for one that is not finite. `generated` makes a faster function of floats.
+        `BadNumber` for one that is not finite. `evaluation` is faster on floats.
         """
         return compose(self.base, *self.matrices(values), self.tool)
 

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from kinematics.chains.branches import BranchFinder, Family, Posture, family_of
 from kinematics.chains.chain import Chain
 from kinematics.chains.descent import QUICK, Descent
-from kinematics.chains.generated import generated
+from kinematics.chains.evaluation import evaluator
 from kinematics.chains.goals import ALL_PARTS, HEADING_FREE, Goal, turned_to
 from kinematics.frames.transforms import Transform
 from kinematics.limits import SAME_POSTURE_RAD, all_fitted
@@ -134,7 +134,7 @@ def _without_limits(chain: Chain) -> ClosedForm | None:
     first_axis = chain.axes(chain.zero)[0][1]
     frees_heading = len(chain) == 5 and math.hypot(*first_axis[:2]) <= NEAR_RAD
     return ClosedForm(
-        chain, family, BranchFinder(chain, family), generated(chain).fk, frees_heading
+        chain, family, BranchFinder(chain, family), evaluator(chain).fk, frees_heading
     )
 
 

@@ -13,7 +13,7 @@ from operator import mul
 from typing import NamedTuple
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import generated
+from kinematics.chains.evaluation import evaluator
 from kinematics.chains.goals import HAND_PARTS, HEADING_FREE, Goal, Part, turned_to
 from kinematics.chains.jacobians import length_of, units_of
 from kinematics.frames.orientations import rotation_vector
@@ -77,7 +77,7 @@ class Descent:
 
     def __init__(self, chain: Chain, goal: Goal, *, limited: bool = True) -> None:
         self._goal = goal
-        self._made = generated(chain)
+        self._evaluator = evaluator(chain)
         self._length = length_of(chain)
         self._limits = chain.limits if limited else None
         # The heading that a goal leaves free is one more joint, always where it serves best.
@@ -156,7 +156,7 @@ class Descent:
     def _linear(self, values: Sequence[float], weights: Weights) -> tuple[list[float], Rows]:
         """Return the weighted errors, and how the joints reduce them."""
         goal = self._goal
-        frame, jacobian = self._made.fk_and_jacobian(values)
+        frame, jacobian = self._evaluator.fk_and_jacobian(values)
         errors: list[float] = []
         rows: list[list[float]] = []
         if Part.POSITION in goal.parts:

@@ -2,9 +2,8 @@
 
 A posture is singular where the Jacobian loses a rank: some direction of the tip cannot be moved
 in, or some joints can move against each other with the tip at rest (McKerrow, chapter 4, section
-12, "degeneracies"). The geometric Jacobian has for each joint its axis z and z x (tip - axis)
-(Whitney, 1972; Craig, chapter 5); `generated` writes it. Lengths in mm, angles in rad. Before
-singular values are compared, mm are counted in a length of the arm, for slides too.
+12, "degeneracies"). Lengths in mm, angles in rad. Before singular values are compared, mm are
+counted in a length of the arm, for slides too.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import generated
+from kinematics.chains.evaluation import evaluator
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import position_of
@@ -90,7 +89,7 @@ def condition(
     chosen = default_rows(chain) if rows is None else tuple(rows)
     if not chosen or not set(chosen) <= set(ALL_ROWS):
         raise KinematicsError(f"rows of a Jacobian are numbered 0 to 5, not {chosen}")
-    whole = generated(chain).jacobian(chain.directions(values))
+    whole = evaluator(chain).jacobian(chain.directions(values))
     return condition_of(chain, tuple(whole[row] for row in chosen), chosen)
 
 

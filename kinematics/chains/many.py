@@ -1,23 +1,23 @@
 """A million postures of any chain at once, with numpy: where the tool comes, and maps of the reach.
 
-The function that `generated` writes for the place of one posture is run on whole columns of joint
-values. Postures are taken in blocks whose intermediate arrays stay in the processor's
-cache: a million of a six-axis arm take some 0.2 s. Lengths in mm, angles in rad.
+The tool's point is carried back from the last joint to the first, for whole columns of joint values
+at once. Postures are taken in blocks whose intermediate arrays stay in the processor's cache: a
+million of a six-axis arm take some 0.2 s. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import functions_of, place_source
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
+from kinematics.frames.transforms import position_of
 from kinematics.limits import Span, corners_of
 
 Array: TypeAlias = npt.NDArray[np.float64]
@@ -37,13 +37,7 @@ def reach_maps(
     `KinematicsError` for a sliding joint without limits.
     """
     spans = tuple(_span(chain, index) for index in range(len(chain)))
-    place = _place(chain)
-    tips = np.concatenate(
-        [
-            np.stack([np.broadcast_to(each, block.shape[1]) for each in place(block)[0]], axis=1)
-            for block in _blocks(spans, count)
-        ]
-    )
+    tips = np.concatenate([_tips(chain, block) for block in _blocks(spans, count)])
     return [_one_of_each_cell(tips[:, across], tips[:, up], cells) for across, up in planes]
 
 
@@ -57,12 +51,25 @@ def _blocks(spans: Sequence[Span], count: int) -> Iterator[Array]:
         yield draw.uniform(lows, highs, (len(spans), min(BLOCK, count - first)))
 
 
-def _place(chain: Chain) -> Callable[[Array], Sequence[Sequence[Array]]]:
-    """Return the generated function with numpy's sine and cosine in the place of `math`'s."""
-    called = {"sin": np.sin, "cos": np.cos}
-    made = functions_of(place_source(chain), called, "kinematics of many")
-    place: Callable[[Array], Sequence[Sequence[Array]]] = made["place"]
-    return place
+def _tips(chain: Chain, block: Array) -> Array:
+    """Return the tool's place in each posture of a block, a row for each posture: (N, 3)."""
+    *before, last = chain.constants
+    x, y, z = (np.full(block.shape[1], at) for at in position_of(last))
+    for constant, kind, values in zip(
+        reversed(before), reversed(chain.kinds), block[::-1], strict=True
+    ):
+        if kind is JointKind.PRISMATIC:
+            z = z + values
+        else:
+            cosines, sines = np.cos(values), np.sin(values)
+            x, y = cosines * x - sines * y, sines * x + cosines * y
+        (a, b, c, right), (d, e, f, ahead), (g, h, i, up), _ = constant
+        x, y, z = (
+            a * x + b * y + c * z + right,
+            d * x + e * y + f * z + ahead,
+            g * x + h * y + i * z + up,
+        )
+    return np.stack((x, y, z), axis=1)
 
 
 def _one_of_each_cell(across: Array, up: Array, cells: int) -> Array:

@@ -27,7 +27,7 @@ from xml.parsers import expat
 
 from kinematics.chains.assignment import EXACTLY_PARALLEL, JointAxis, assign_frames
 from kinematics.chains.chain import Chain
-from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError, require, suggestion
 from kinematics.frames.orientations import RPY, AxisAngle, solve_rpy
 from kinematics.frames.rotations import rotate
@@ -492,9 +492,8 @@ def _left_out(robot: ET.Element) -> Iterator[str]:
 # An arm as URDF text, for other tools: links in m and rad, joints with their limits.
 #
 # A chain's link table becomes one joint a row. In URDF a joint sits at its origin and then moves
-# about its axis, here always z; so in the standard convention a row's constant part moves on into
-# the next joint's origin, and in Craig's it is the joint's own. Links are drawn as cylinders along
-# the way to the next joint and have no masses.
+# about its axis, here always z: its origin is one of the chain's constant frames. Links are drawn
+# as cylinders along the way to the next joint and have no masses.
 
 TOOL_JOINT = "tool_joint"
 LINK_RADIUS_MM = 15.0
@@ -513,11 +512,7 @@ def urdf_of_chain(chain: Chain) -> str:
         raise KinematicsError("a URDF document is made of plain numbers, not of symbols")
     if TOOL_JOINT in chain.joint_names:
         raise KinematicsError(f"{TOOL_JOINT!r} names the fixed joint of the tool; rename the other")
-    rows = chain.matrices(chain.zero)
-    if chain.convention is Convention.CRAIG:
-        origins = [compose(chain.base, rows[0]), *rows[1:], chain.tool]
-    else:
-        origins = [chain.base, *rows[:-1], compose(rows[-1], chain.tool)]
+    origins = chain.constants
     robot = ET.Element("robot", name=chain.name or "arm")
     links = ["base_link", *(f"link_{number}" for number in range(1, len(chain) + 1)), "tool"]
     for link, after in zip(links, [*origins, IN_PLACE], strict=True):

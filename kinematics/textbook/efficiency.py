@@ -4,7 +4,7 @@ Source: McKerrow, chapter 4, section 15 (efficiency of the kinematic solutions),
 multiplications, additions and trigonometric calls come here from running the very code. A `Count`
 has a value, so that branches are taken as with floats, and a ledger that all numbers of one run
 share. Negations, comparisons and copies are free; so is what is done with constants alone, which a
-program does once.
+program does once, and what a constant 0, 1 or -1 makes unnecessary.
 
 Sympy's `count_ops` is no substitute: it counts an expression, and knows neither the branches that
 the running code takes nor what it computes once and uses twice, which is what is compared here.
@@ -21,9 +21,7 @@ from functools import reduce
 from typing import Any
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import functions_of, generated
-from kinematics.chains.links import Convention, JointKind, a_matrix
-from kinematics.frames import numbers
+from kinematics.chains.links import JointKind, a_matrix
 from kinematics.frames.transforms import Transform, compose
 from kinematics.textbook.study import example_posture
 from kinematics.textbook.systems.named import System
@@ -72,10 +70,17 @@ class Ledger:
 
 def _operation(
     kind: str, operate: Callable[[float, float], float], *, turned: bool = False
-) -> Callable[[Count, float], Count]:
+) -> Callable[[Count, float], float]:
     """Return the method for a counted operation of two numbers; `turned` exchanges them."""
 
-    def method(self: Count, other: float) -> Count:
+    def method(self: Count, other: float) -> float:
+        if type(other) is float:  # a constant of the arm
+            if kind == "additions" and other == 0.0:
+                return -self if turned else self
+            if kind == "multiplications" and other == 0.0:
+                return 0.0
+            if kind == "multiplications" and abs(other) == 1.0:
+                return self if other > 0.0 else -self
         pair = (float(other), float(self)) if turned else (float(self), float(other))
         return self.made(kind, operate(*pair))
 
@@ -117,9 +122,9 @@ class Count(float):
         return self.ledger.number(abs(float(self)))
 
 
-# The ways of computing an arm. Forward: the straight-line function generated from its table, and
-# the products of A matrices, affine and in full. Inverse: each branch by its formulas. All counts
-# come from running the code.
+# The ways of computing an arm. Forward: the products of A matrices, without the zeros and ones of
+# the link table, affine, and in full. Inverse: each branch by its formulas. All counts come from
+# running the code.
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,13 +163,11 @@ def efficiency(system: System) -> Efficiency:
 def forward_ways(chain: Chain, joints: Sequence[float]) -> tuple[Way, ...]:
     """Return the counts of every way from a chain's link table to its hand's frame."""
     posture = tuple(joints)
-    functions = {"sin": numbers.sin, "cos": numbers.cos}
-    straight = functions_of(generated(chain).source, functions, "counted kinematics")["fk"]
     return (
         Way(
-            "straight line",
-            "the function generated from the link table, constants folded",
-            _counted(straight, posture),
+            "own products",
+            "products of A matrices, the zeros and ones of the link table left out",
+            _counted(chain.fk, posture),
         ),
         Way(
             "affine products",
@@ -179,19 +182,12 @@ def forward_ways(chain: Chain, joints: Sequence[float]) -> tuple[Way, ...]:
     )
 
 
-# theta, d, a and alpha of each link, on any numbers.
-Table = tuple[tuple[Any, Any, Any, Any], ...]
+def _affine(matrices: list[Transform]) -> Transform:
+    return compose(*matrices)
 
 
-def _affine(table: Table, convention: Convention) -> Transform:
-    return compose(*(a_matrix(*row, convention) for row in table))
-
-
-def _full(table: Table, convention: Convention) -> Transform:
-    matrices = [a_matrix(*row, convention) for row in table]
-    ledger = table[0][0].ledger
-    product: Transform = reduce(_product, [ledger.numbers(_values(one)) for one in matrices])
-    return product
+def _full(matrices: list[Transform]) -> Transform:
+    return reduce(_product, matrices)
 
 
 def _product(left: Transform, right: Transform) -> Transform:
@@ -203,22 +199,19 @@ def _product(left: Transform, right: Transform) -> Transform:
     return first, second, third, fourth  # type: ignore[return-value]
 
 
-def _values(matrix: Transform) -> tuple[tuple[Any, ...], ...]:
-    return tuple(tuple(map(float, row)) for row in matrix)
-
-
 def _of_table(
     chain: Chain,
     posture: tuple[float, ...],
-    way: Callable[[Table, Convention], Transform],
+    way: Callable[[list[Transform]], Transform],
 ) -> Tally:
-    """Count a way that uses the link table without simplification: every parameter is counted."""
+    """Count a product of the A matrices without simplification: zeros and ones count too."""
     ledger = Ledger()
-    table = tuple(
-        ledger.numbers(link.parameters(value))
-        for link, value in zip(chain.links, posture, strict=True)
-    )
-    way(table, chain.convention)
+    matrices = []
+    for link, value in zip(chain.links, posture, strict=True):
+        theta, d, a, alpha = ledger.numbers(link.parameters(value))
+        matrix = a_matrix(theta, d, a, alpha, chain.convention)
+        matrices.append(ledger.numbers(tuple(tuple(map(float, line)) for line in matrix)))
+    way(matrices)
     return _without_twists(ledger.tally(), chain)
 
 

@@ -17,7 +17,7 @@ from types import MappingProxyType
 from kinematics.chains.assignment import ZeroPosition, zero_position
 from kinematics.chains.chain import Chain
 from kinematics.chains.closed_form import closed_form
-from kinematics.chains.generated import generated
+from kinematics.chains.evaluation import evaluator
 from kinematics.chains.goals import frame_goal
 from kinematics.chains.inverse import Solution
 from kinematics.chains.jacobians import (
@@ -124,7 +124,7 @@ def chain_rows(chain: Chain) -> tuple[int, ...]:
 
     A planar arm leaves some out; two postures tell which, as good as any others.
     """
-    made = generated(chain)
+    made = evaluator(chain)
     first = example_posture(chain)
     postures = (first, tuple(0.7 * value for value in first))
     seen = [made.jacobian(posture) for posture in postures]
@@ -137,7 +137,7 @@ def chain_rows(chain: Chain) -> tuple[int, ...]:
 
 def chain_jacobian(chain: Chain, values: Sequence[float], rows: Sequence[int]) -> Jacobian:
     """Return some rows of the geometric Jacobian. Raises as `Chain.fk` does."""
-    whole = generated(chain).jacobian(chain.directions(values))
+    whole = evaluator(chain).jacobian(chain.directions(values))
     return tuple(whole[row] for row in rows)
 
 

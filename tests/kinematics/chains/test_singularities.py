@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from kinematics_cases import arm_and_posture
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.generated import generated
+from kinematics.chains.evaluation import evaluator
 from kinematics.chains.jacobians import (
     SINGULAR,
     condition,
@@ -85,7 +85,7 @@ def test_the_singularities_are_where_the_task_jacobian_loses_a_rank(case):
 @given(chains_and_values(most=6))
 def test_the_geometric_jacobian_is_what_small_moves_do(case):
     chain, values = case
-    columns = list(zip(*generated(chain).jacobian(values), strict=True))
+    columns = list(zip(*evaluator(chain).jacobian(values), strict=True))
     assert gap(columns, columns_by_differences(chain, values)) < 1e-4
 
 
