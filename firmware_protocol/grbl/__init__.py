@@ -16,7 +16,6 @@ from firmware_protocol.grbl.answers import Alarm as Alarm
 from firmware_protocol.grbl.answers import Answer as Answer
 from firmware_protocol.grbl.answers import AxesInfo as AxesInfo
 from firmware_protocol.grbl.answers import Banner as Banner
-from firmware_protocol.grbl.answers import BuildInfo as BuildInfo
 from firmware_protocol.grbl.answers import Error as Error
 from firmware_protocol.grbl.answers import Feedback as Feedback
 from firmware_protocol.grbl.answers import Info as Info

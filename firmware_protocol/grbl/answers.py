@@ -13,7 +13,7 @@ from enum import StrEnum
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
-from firmware_protocol.fields import each, message, optional, row_of, whole_from
+from firmware_protocol.fields import each, message, optional, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
 from firmware_protocol.grbl.dialect import (
     AXIS_LETTERS,
@@ -131,13 +131,6 @@ class Version:
 
 
 @message()
-class BuildInfo:
-    """How many lines the planner holds; FluidNC does not say so."""
-
-    blocks: int | None = None
-
-
-@message()
 class AxesInfo:
     """The letters of the axis motors; two motors may share one."""
 
@@ -193,8 +186,6 @@ _PART = within("|<>")
     feed=optional(number),
     speed=optional(number),
     pins=optional(_PART),
-    overrides=optional(row_of(_COUNT, 3, "three numbers")),
-    accessories=optional(_PART),
     others=each(_PART),
 )
 class StatusReport:
@@ -202,8 +193,7 @@ class StatusReport:
 
     Positions are in the machine's unit, in the order of its axes; a board that reports the work's
     instead ($10) gives none. `free_blocks` and `free_bytes` come together, and so do `feed` and
-    `speed`. `overrides` (feed, rapid, spindle in per cent) and `accessories` appear now and then.
-    `others` are the remaining fields.
+    `speed`. `others` are the remaining fields, such as overrides and accessories now and then.
     """
 
     state: State | str
@@ -214,8 +204,6 @@ class StatusReport:
     feed: float | None = None
     speed: float | None = None
     pins: str | None = None
-    overrides: tuple[int, ...] | None = None
-    accessories: str | None = None
     others: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -261,8 +249,6 @@ _FIELDS: dict[str, tuple[tuple[str, ...], Callable[[str], tuple[object, ...]]]] 
     "Bf": (("free_blocks", "free_bytes"), wholes),
     "FS": (("feed", "speed"), lambda text: decimals(text)[:2]),
     "Pn": (("pins",), _whole),
-    "Ov": (("overrides",), lambda text: (wholes(text),)),
-    "A": (("accessories",), _whole),
 }
 
 
@@ -296,7 +282,7 @@ def read_status(line: str) -> StatusReport:
 
 
 # Messages that follow a query or come by themselves, and answer no line.
-Info: TypeAlias = Setting | Feedback | Version | BuildInfo | AxesInfo | Remark
+Info: TypeAlias = Setting | Feedback | Version | AxesInfo | Remark
 
 
 @message()
@@ -309,7 +295,7 @@ class WordedError:
 # What a device sends.
 Answer: TypeAlias = Ok | Error | Alarm | Banner | StatusReport | Setting | Feedback | Remark
 # What a host reads.
-HostMessage: TypeAlias = Answer | Version | BuildInfo | AxesInfo | WordedError
+HostMessage: TypeAlias = Answer | Version | AxesInfo | WordedError
 
 END = b"\r\n"
 # Bytes that are ignored at either end of a line.
@@ -397,13 +383,6 @@ def _version(rest: str) -> Version:
     return Version(rest.partition(":")[0])
 
 
-def _build_info(rest: str) -> BuildInfo:
-    _letters, *parts = rest.split(",")  # the planner's blocks, the bytes of the receive ring
-    if not all(part.isdigit() and len(part) <= 5 for part in parts[:2]):
-        raise RemoteProtocolError("the blocks or the ring of the build are no numbers")
-    return BuildInfo(int(parts[0]) if parts else None)
-
-
 def _axes_info(rest: str) -> AxesInfo:
     letters = rest.replace(" ", "").partition(":")[2]
     if not letters or not set(letters) <= set(AXIS_LETTERS):
@@ -414,7 +393,6 @@ def _axes_info(rest: str) -> AxesInfo:
 _BRACKETS: dict[str, Callable[[str], Info]] = {
     "MSG": Feedback,
     "VER": _version,
-    "OPT": _build_info,
     "AXS": _axes_info,
 }
 

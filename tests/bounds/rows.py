@@ -419,7 +419,6 @@ def _grbl_rows() -> tuple[Row, ...]:
     cancelled = first(b"\x85")
     return (
         Row("grbl", _P, Cause.STOP, fast, loses=held),
-        Row("grbl", _P, Cause.STOP, fast, loses=held, options=_328P),
         Row("grbl", _P, Cause.EMERGENCY, fast, loses=first(b"\x18"), way="dead stop"),
         *(Row("grbl", _P, cause, (0.05, 0.5)) for cause in (Cause.PAUSE, *_DEATHS)),
         Row("grbl", _P, Cause.PULLED, (0.05, 0.5)),

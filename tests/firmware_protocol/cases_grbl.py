@@ -61,9 +61,7 @@ def reports(draw: st.DrawFn) -> grbl.StatusReport:
         feed=draw(FEEDS) if rates else None,
         speed=draw(FEEDS) if rates else None,
         pins=draw(st.none() | st.text("XYZPDHRS", max_size=4)),
-        overrides=draw(st.none() | st.tuples(COUNTS, COUNTS, COUNTS)),
-        accessories=draw(st.none() | st.text("SCFM", max_size=3)),
-        others=draw(st.sampled_from([(), ("MPG:1",), ("WCO:1.000,2.000", "SD:3.5,/a.nc")])),
+        others=draw(st.sampled_from([(), ("Ov:100,50,100", "A:SF"), ("WCO:1.000", "SD:3.5,/a")])),
     )
 
 

@@ -13,14 +13,13 @@ from dataclasses import replace
 
 from armdrive.dialects.grbl.planner import SegmentBuffer
 from armdrive.dialects.grbl.settings import PINS, BoardAxes, GrblSettings
-from armdrive.dialects.grbl.variants import BEHAVIOURS, BLOCKS_328P, Behaviour, cautious
+from armdrive.dialects.grbl.variants import BEHAVIOURS, Behaviour, cautious
 from armdrive.dialects.words import plain
 from armdrive.tasks import Alert, AlertKind, Event, ProtocolWarning, Registers
 from firmware_protocol.grbl import (
     AXIS_LETTERS,
     AlarmRaised,
     AxesInfo,
-    BuildInfo,
     Host,
     Restarted,
     Setting,
@@ -70,9 +69,6 @@ class BoardState:
         """How many lines have room in the planner while the board stands."""
         self.position: Motors | None = None
         self.inputs = 0
-        self.accessories = ""
-        """The outputs that the latest report shows to be on; reliable if `overrides_told`."""
-        self.overrides_told = False
         self.alarm: AlarmRaised | None = None
         self.firmware = ""
         self.reported_settings: dict[int | str, str] = {}
@@ -87,7 +83,6 @@ class BoardState:
         self._host = host
         self._settings = settings
         self._axes = axes
-        self._planner_blocks: int | None = None
         self._reset_moving = False
         self._greets_by_s = -math.inf
 
@@ -111,8 +106,6 @@ class BoardState:
                 return self._learn_alarm(message, now_s)
             case Restarted():
                 return self._learn_restart(message, now_s)
-            case BuildInfo(blocks):
-                self._planner_blocks = blocks
             case AxesInfo(letters):
                 self._learn_axes("".join(dict.fromkeys(letters)))
             case Version(version):
@@ -145,7 +138,6 @@ class BoardState:
     def _learn_status(self, report: StatusReport) -> None:
         self.state, self.sub_state = report.state, report.sub_state
         self.free_blocks = report.free_blocks
-        self.accessories, self.overrides_told = report.accessories or "", bool(report.overrides)
         if self.state is not State.ALARM:
             self.alarm = None
         pins = report.pins or ""
@@ -196,10 +188,8 @@ class BoardState:
     @property
     def segment_buffer(self) -> SegmentBuffer:
         """The board's segment buffer."""
-        behaviour, blocks = self.behaviour, self._planner_blocks
-        small = blocks is not None and blocks <= BLOCKS_328P
-        segments = behaviour.small_segments if small else behaviour.segments
-        return SegmentBuffer(self._settings.segments or segments, behaviour.slowest_hz)
+        behaviour = self.behaviour
+        return SegmentBuffer(self._settings.segments or behaviour.segments, behaviour.slowest_hz)
 
     def firmware_words(self) -> str:
         """Return the firmware and its version; FluidNC's version names it already."""

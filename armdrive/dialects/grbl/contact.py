@@ -32,9 +32,6 @@ from kinematics.text import counted
 # none; grblHAL still sends reports. After the others, of homing that failed, FluidNC would drive
 # the next line from where its search was to end, not from where it stands (Homing.cpp, fail).
 RESET_ALARMS = (1, 2, 8, 9, 15)
-# Reports after which some have contained the overrides: every tenth or twentieth one does.
-REPORTS_TO_OVERRIDES = 40
-CONFIRMING_REPORTS = 2
 # Time allowed for a motion that an earlier program left running, before it is stopped.
 LEFTOVER_MOTION_S = 1.0
 # The parser's modes that motions rely on: plane XY, mm, relative, units per minute, and the first
@@ -115,25 +112,9 @@ class GrblContact:
             yield from self.exchange.look()
         if self.board.in_motion:
             yield from self.stops.hold()
-        elif self.board.state in LINES_IGNORED or not (yield from self._gripper_may_hold()):
+        elif self.board.state in LINES_IGNORED or not self.stops.outputs.reset_lets_go:
             return (yield from self.exchange.soft_reset())
         return True
-
-    def _gripper_may_hold(self) -> Script[HostEvent, bool]:
-        """Return whether a reset could open the gripper.
-
-        It cannot if two reports show that everything a reset switches off is off already; one may
-        be damaged. Only reports with the overrides show that. The speed shows nothing: FluidNC goes
-        on to report it after `M5`.
-        """
-        outputs, clear = self.stops.outputs, 0
-        for _ in range(REPORTS_TO_OVERRIDES if outputs.reported else 0):
-            if not (yield from self.exchange.look()) or self.board.accessories:
-                break
-            clear += self.board.overrides_told
-            if clear == CONFIRMING_REPORTS:
-                return False
-        return outputs.reset_lets_go
 
     def clear(self) -> Script[HostEvent, Reply]:
         """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before.

@@ -41,9 +41,8 @@ Answer: TypeAlias = Acknowledged | Refused | Restarted | AlarmRaised
 REPORT_TIMEOUT_S = 0.25
 # Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first.
 BANNER_TIMEOUT_S = 1.5
-# Interval of queries after a reset in motion. A restarting board is mute, so an answer means that
-# the reset was lost.
-RESET_POLL_S = 0.02
+# A reset in motion is sent once more after this.
+RESET_AGAIN_S = 0.02
 # Completes whatever is in the board's input line, a half line or a stray character, so that every
 # board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
 # letter; grblHAL and FluidNC drop it. All refuse a letter without a number (gnea/grbl
@@ -296,32 +295,25 @@ class GrblExchange:
     def _reset(self, *, moving: bool, then: Realtime | None = None) -> Script[HostEvent, bool]:
         """Send the reset and wait for the banner; return False if none arrives.
 
-        A restarting board answers no query. So a report proves that the reset was lost, unless the
-        report was on its way before; the reset is then sent again. A second reset during the first
-        has no effect (gnea/grbl grbl/motion_control.c). A board at rest is not queried: if its
-        button was pressed, a byte could end its boot loader early, and its greeting would come as
-        soon as after our own reset.
+        A board in motion must stop soon, so it is sent a second reset at once unless it answers: a
+        byte may be lost. A second reset during the first has no effect (gnea/grbl
+        grbl/motion_control.c). A board at rest gets nothing else: if its button was pressed, a byte
+        could end its boot loader early, and its greeting would come as soon as after our own reset.
         """
-        stale = self.unanswered_s < math.inf
         self._send_reset(moving)
         if then is not None:
             self.send_realtime(then)
-        asked_s, end_s = self.io.now_s, self.io.now_s + BANNER_TIMEOUT_S
+        again_s, end_s = self.io.now_s + RESET_AGAIN_S, self.io.now_s + BANNER_TIMEOUT_S
+        again = moving
         while self.io.now_s < end_s:
-            asking = moving and self.board.state is not State.ALARM
-            if asking and self.io.now_s >= asked_s + RESET_POLL_S:
-                self.send_realtime(Realtime.STATUS)
-                asked_s = self.io.now_s
-            message = yield from self.listen(
-                min(end_s, asked_s + RESET_POLL_S) if asking else end_s
-            )
+            message = yield from self.listen(again_s if again else end_s)
             if isinstance(message, Restarted):
                 self.host.forget_outstanding()
                 return True
-            if isinstance(message, StatusReport):
-                if asking and not stale:
-                    self._send_reset(moving)
-                stale = False
+            again = again and not isinstance(message, AlarmRaised)
+            if again and self.io.now_s >= again_s:
+                self._send_reset(moving)
+                again = False
         return False
 
     def _send_reset(self, moving: bool) -> None:

@@ -20,11 +20,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from armdrive.dialects.controller import HOMING_MARGIN_S, HomingTime
+from armdrive.dialects.controller import HomingTime
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.grbl.board import HELD, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
-from armdrive.dialects.grbl.exchange import RESET_POLL_S, Answer, GrblExchange, refusal
+from armdrive.dialects.grbl.exchange import Answer, GrblExchange, refusal
 from armdrive.dialects.grbl.planner import InFlightLines, MotionBounds, line_path
 from armdrive.dialects.grbl.settings import BoardAxes, GrblSettings, feed
 from armdrive.dialects.grbl.stops import GrblStops
@@ -53,7 +53,6 @@ from firmware_protocol.grbl import (
     StatusReport,
 )
 from firmware_protocol.grbl.host import Event as HostEvent
-from kinematics.spaces import Motors
 
 # A motion without progress is given up this long after it should have ended.
 STALLED_S = 2.0
@@ -261,25 +260,6 @@ class GrblMotion:
         return Timeout("?", self.settings.report_timeout_s, note=note)
 
 
-class HomingWatch:
-    """Which motors have `turned` since a homing command was sent.
-
-    A count must differ from that at the start in two reports in a row: a single one, which has no
-    checksum, may be damaged.
-    """
-
-    def __init__(self, start: Motors) -> None:
-        self.turned: set[int] = set()
-        self._start = start
-        self._latest: set[int] = set()
-
-    def see(self, position: Motors) -> None:
-        """Compare a reported position with the one at the start."""
-        differing = {motor for motor, steps in enumerate(position - self._start) if steps}
-        self.turned |= differing & self._latest
-        self._latest = differing
-
-
 @dataclass(slots=True, eq=False)
 class GrblHoming:
     """Homes the arm with the board's own homing cycle and its switches."""
@@ -322,48 +302,42 @@ class GrblHoming:
         A line has no checksum, so its letter may become that of another axis, and the board answers
         ok as well. Hence no other motor's count may change. If the motor's own does not change
         either, the line is sent once more: the motor may have stood at its switch already, or
-        another one that did has homed again.
+        another one that did has homed again. FluidNC counts zero before and after the first homing.
         """
         motor = self.letters.index(command.axes)
         for _ in range(2):
             began_s = self.io.now_s
             if not (yield from self.exchange.confirm_position()):
                 return self.io.silence(began_s)
-            watch = HomingWatch(self.board.registers().positions)
-            failed = yield from self._search(command, watch)
-            if watch.turned - {motor}:
-                words = "the line was changed on the wire, because another motor has turned"
-                return RequestRejected(f"`{command.text}`: {words}")
+            before = self.board.registers().positions
+            failed = yield from self._search(command)
             if failed is not None:
                 return failed
-            if motor in watch.turned:
+            if not (yield from self.exchange.confirm_position()):
+                return self.io.silence(began_s)
+            ways = self.board.registers().positions - before
+            if any(steps for other, steps in enumerate(ways) if other != motor):
+                words = "the line was changed on the wire, because another motor has turned"
+                return RequestRejected(f"`{command.text}`: {words}")
+            if ways[motor]:
                 break
         return None
 
-    def _search(self, command: Home, watch: HomingWatch) -> Script[HostEvent, Reply | None]:
+    def _search(self, command: Home) -> Script[HostEvent, Reply | None]:
         """Send a homing command and wait for its end; return why it failed, or None.
 
         The board homes on while this program is suspended, so everything that has arrived meanwhile
-        is read before the deadline counts. A board that reports while it homes is lost soon if it
-        falls silent.
+        is read before the deadline counts. Most boards report nothing while they home.
         """
         yield from self.exchange.clear_line()
         alarm, began_s = self.board.alarm, self.io.now_s
-        reports, motor = self.board.behaviour.reports_homing, self.letters.index(command.axes)
         self.exchange.send(command)
-        message: HostEvent | None = None
         end_s = began_s + self.time_of(command).waited_s
+        message: HostEvent | None = None
         while not isinstance(message, Answer):
-            silent_s = self.exchange.unanswered_s + HOMING_MARGIN_S
-            over = message is None and self.io.now_s >= (min(end_s, silent_s) if reports else end_s)
-            if over or self.io.stop_asked or watch.turned - {motor}:
+            if self.io.stop_asked or (message is None and self.io.now_s >= end_s):
                 return (yield from self._end())
-            if reports:
-                self.exchange.poll()
-            wake_s = min(end_s, silent_s, self.exchange.poll_due_s) if reports else end_s
-            message = yield from self.exchange.listen(wake_s)
-            if isinstance(message, StatusReport):
-                watch.see(self.board.registers().positions)
+            message = yield from self.exchange.listen(end_s)
         if not isinstance(message, Acknowledged):
             return refusal(message, f"`{command.text}`", moved=True)
         if self.io.now_s < began_s + SHORTEST_HOMING_S and self.board.alarm is alarm:
@@ -371,21 +345,10 @@ class GrblHoming:
                 f"the board answered `{command.text}` at once, so it has not homed: the line "
                 "was changed on the wire"
             )
-        for _ in range(2):
-            if not (yield from self.exchange.look()):
-                return self.io.silence(began_s)
-            watch.see(self.board.registers().positions)
         return None
 
     def _end(self) -> Script[HostEvent, Reply]:
-        """Reset a board that is homing, which obeys nothing else.
-
-        It sends no report that would show a lost byte, so the reset is sent twice. If the first one
-        arrived, the second has no effect.
-        """
-        self.board.reset_sent(math.inf, moving=True)
-        self.exchange.send_realtime(Realtime.SOFT_RESET)
-        yield from self.io.pause(self.io.now_s + RESET_POLL_S)
+        """Reset a board that is homing, which obeys nothing else."""
         answered = yield from self.exchange.soft_reset(moving=True)
         if answered and not self.io.stop_hard:
             yield from self.contact.clear()  # the driver knows: nothing is referenced

@@ -24,28 +24,20 @@ from firmware_protocol.grbl import Acknowledged, Line, Realtime, State, StatusRe
 from firmware_protocol.grbl.host import Event as HostEvent
 from kinematics.text import counted
 
-# The outputs whose state a status report shows (gnea/grbl grbl/report.c).
-REPORTED_OUTPUTS = {"M3", "flood", "mist"}
-
 
 class GrblOutputs:
     """Switches outputs and drives a servo or output gripper, and remembers their last state.
 
-    `reset_lets_go` means that a reset can switch off the output that holds the gripper, and
-    `reported` that a status report shows the state of that output.
+    `reset_lets_go` means that a reset can switch off the output that holds the gripper.
     """
 
     def __init__(self, exchange: GrblExchange, gripper: str) -> None:
         self._exchange = exchange
-        self._settings = settings = exchange.settings
+        self._settings = exchange.settings
         self._gripper = gripper
         self._bits = 0
         self._share: float | None = None
-        held_by = settings.servo if gripper == "servo" else ""
-        if gripper == "output":
-            held_by = settings.outputs[settings.gripper_output]
-        self.reset_lets_go = held_by != ""
-        self.reported = held_by in REPORTED_OUTPUTS
+        self.reset_lets_go = gripper in ("servo", "output")
 
     def check(self, bits: int) -> None:
         """Raise `Refused` if the arm file names no output for one of the bits."""

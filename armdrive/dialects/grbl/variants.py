@@ -16,8 +16,6 @@ from firmware_protocol.grbl import Variant, keys
 # eight interrupts a step. 40 steps at 5, 10, 20 and 30 steps/s took 1.278 s each. The driver uses
 # no slower rate on any board, because segments would last longer.
 SLOWEST_HZ = 16e6 / (8 * 65535)
-# Planner size of an ATmega328P, the smallest of the family.
-BLOCKS_328P = 15
 # How far homing seeks a switch, in travels ($130), and how far it approaches it, in pull-offs.
 SEARCH_TRAVELS, LOCATE_PULL_OFFS = 1.5, 10.0
 
@@ -29,10 +27,9 @@ class Behaviour:
     segments: int = 9
     """Segments that it computes ahead. The ring buffer of an ATmega2560 has ten places, one of
     which stays free, and so has grblHAL's (`SEGMENT_BUFFER_SIZE`). FluidNC's has twelve
-    (`stepping/segments`): measured, it continues for 0.45 s at 39 steps/s and for 0.33 s at 50.
+    (`stepping/segments`): measured, it continues for 0.45 s at 39 steps/s and for 0.33 s at 50. An
+    ATmega328P has six, but no outputs for the motors of an arm.
     """
-    small_segments: int = 9
-    """As above, on a processor whose planner has no more than `BLOCKS_328P`."""
     slowest_hz: float = SLOWEST_HZ
     """Its motors turn no slower. Measured on FluidNC, whose timer counts 16 bits at 20 MHz on an
     ESP32: 40 steps at 5, 10, 20 and 30 steps/s took 1.022 s each.
@@ -42,10 +39,6 @@ class Behaviour:
     keeps_line: bool = False
     """Whether a reset out of a hold leaves the line that was read meanwhile, and it is carried out.
     Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
-    """
-    reports_homing: bool = False
-    """Whether it answers `?` while it homes. Observed on FluidNC. Its count may be zero before and
-    after homing, so only the reports in between show which motor has turned.
     """
     report_bits: int = 3
     """Everything in a report that $10 could leave out and the driver needs: position and buffers,
@@ -95,7 +88,7 @@ class Behaviour:
 
 BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
     {
-        Variant.GRBL: Behaviour(small_segments=5),
+        Variant.GRBL: Behaviour(),
         Variant.GRBLHAL: Behaviour(
             holds_jogs=False,
             report_bits=3 | 8 | 16 | 64,
@@ -105,10 +98,8 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
         # observed on FluidNC 4.0.5; Configuration/*.cpp, SettingsDefinitions.cpp (make_proxies)
         Variant.FLUIDNC: Behaviour(
             segments=11,
-            small_segments=11,
             slowest_hz=20e6 / (8 * 65535),
             keeps_line=True,
-            reports_homing=True,
             paths={
                 keys.REPORT: keys.REPORT,
                 keys.INCHES: keys.INCHES,
@@ -136,6 +127,5 @@ BEHAVIOURS: Mapping[Variant, Behaviour] = MappingProxyType(
 
 def cautious(behaviour: Behaviour) -> Behaviour:
     """Return a behaviour with the dangers of all firmwares, for a board that may have any."""
-    every = BEHAVIOURS.values()
-    most = max(each.segments for each in every)
-    return replace(behaviour, segments=most, small_segments=most, holds_jogs=False, keeps_line=True)
+    most = max(each.segments for each in BEHAVIOURS.values())
+    return replace(behaviour, segments=most, holds_jogs=False, keeps_line=True)

@@ -167,6 +167,13 @@ class StatusReporter:
         told = int(board.settings[keys.REPORT]) | ~board.firmware.report_bits
         pins = [letter for bit, letter in enumerate(PINS) if board.inputs_set >> bit & 1]
         pins += [letter for axis, letter in enumerate(board.axes) if board.switches.pressed(axis)]
+        others: list[str] = []
+        if turn == 0 and told & _OFFSET:
+            others.append(f"WCO:{written((0.0,) * len(board.axes))}")
+        if turn == 1 and told & _OVERRIDES:
+            others.append("Ov:100,100,100")
+        if turn == 1 and board.outputs.letters:
+            others.append(f"A:{board.outputs.letters}")
         report = StatusReport(
             board.state,
             int(not board.cycle.stands) if board.state is State.HOLD else None,
@@ -176,9 +183,7 @@ class StatusReporter:
             float(round(board.drive.speed(board.now_s) * MINUTE_S)) if told & _FEED else None,
             board.outputs.speed if told & _FEED else None,
             "".join(pins) or None if told & _PINS else None,
-            (100, 100, 100) if turn == 1 and told & _OVERRIDES else None,
-            board.outputs.letters or None if turn == 1 else None,
-            (f"WCO:{written((0.0,) * len(board.axes))}",) if turn == 0 and told & _OFFSET else (),
+            tuple(others),
         )
         length = len(report.line) + 2
         self._free_s = board.now_s + max(GAP_S, length * self._byte_s)

@@ -117,8 +117,8 @@ LINES = [
     (grbl.StatusReport(grbl.State.IDLE, None, PLACE), "<Idle|MPos:0.000,-10.000,5.125>"),
     (
         grbl.StatusReport(
-            *(grbl.State.HOLD, 1, PLACE, 15, 128, 500.0, 8000.0, "PZ", (100, 50, 100), "SF"),
-            others=("WCO:1.000,2.000,3.000", "Ln:99"),
+            *(grbl.State.HOLD, 1, PLACE, 15, 128, 500.0, 8000.0, "PZ"),
+            others=("Ov:100,50,100", "A:SF", "WCO:1.000,2.000,3.000", "Ln:99"),
         ),
         (
             "<Hold:1|MPos:0.000,-10.000,5.125|Bf:15,128|FS:500,8000|Pn:PZ|Ov:100,50,100|A:SF"
@@ -136,8 +136,7 @@ TOLERATED = [
     (b"[AXS:6:XYZABC]", grbl.AxesInfo("XYZABC")),
     (b"[AXS: 5: XYZAB]", grbl.AxesInfo("XYZAB")),
     (b"[VER:1.1h.20190825:arm]", grbl.Version("1.1h.20190825")),
-    (b"[OPT:VNMG,35,254,16]", grbl.BuildInfo(35)),
-    (b"[OPT:PHS]", grbl.BuildInfo()),
+    (b"[OPT:VNMG,35,254,16]", grbl.Remark("[OPT:VNMG,35,254,16]")),
     (
         b"<Run|MPos:0.000|Ln:9|FS:1,2,3>",
         grbl.StatusReport(grbl.State.RUN, None, (0.0,), feed=1.0, speed=2.0, others=("Ln:9",)),
@@ -152,9 +151,9 @@ TOLERATED = [
 UNREADABLE = [
     *(b"okk", b"ok1", b"o", b"error:", b"error:0", b"error:2x", b"error:1000", b"ALARM:", b"hello"),
     *(b"<Idle", b"<|MPos:0>", b"<Idle|MPos:0,,0>", b"<Idle|MPos:0|MPos:0>", b"<1|MPos:0>"),
-    *(b"<Idle|MPos:1e3>", b"<Idle|MPos:nan>", b"<Idle|MPos:1|Bf:1>", b"<Idle|MPos:0|Ov:1,2>"),
+    *(b"<Idle|MPos:1e3>", b"<Idle|MPos:nan>", b"<Idle|MPos:1|Bf:1>"),
     *(b"<Idle|MPos:0<Idle|MPos:0>", b"<Idle|MPos:0|FS:1>", b"ALARM: Hard limit"),
-    *(b"[MSG:open", b"[OPT:V,x,128]", b"[AXS:6:]", b"[AXS:3:XYQ]", b"$5"),
+    *(b"[MSG:open", b"[AXS:6:]", b"[AXS:3:XYQ]", b"$5"),
     *(b"Grbl 1.1h", b"Grbl 1.1h ['$' for hel", b"\xffok", b"ok\x80", b"$100=\x01"),
 ]
 

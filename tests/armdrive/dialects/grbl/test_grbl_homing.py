@@ -1,7 +1,7 @@
 """A GRBL board that homes by its switches, each motor by its own command."""
 
 import functools
-import math
+import itertools
 import re
 from dataclasses import replace
 
@@ -53,6 +53,7 @@ def test_homing_ends_where_the_arm_file_says(firmware, groups):
     if not groups:
         assert motors == arm.status.acknowledged
     homed = [piece for _, piece in arm.twin.link.sent if piece.startswith(b"$H")]
+    homed = [piece for piece, _ in itertools.groupby(homed)]  # FluidNC's counts stay zero
     one_by_one = "ZYXAB" if groups else "".join(arm.config.device.axes[:6])
     assert homed == [f"$H{letter}\n".encode() for letter in one_by_one]
     arm.home()  # it stands at its switches already
@@ -127,22 +128,21 @@ def homing_with_a_changed_line(firmware, letter, other):
     return arm
 
 
-@pytest.mark.parametrize(
-    ("firmware", "letter", "other"),
-    [(each, b"X", b"Y") for each in HOME_SINGLE_AXES] + [("fluidnc", b"Y", b"X")],
-)
-def test_a_homing_command_that_turns_another_motor_references_nothing(firmware, letter, other):
-    arm = homing_with_a_changed_line(firmware, letter, other)
+@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
+def test_a_homing_command_that_turns_another_motor_references_nothing(firmware):
+    arm = homing_with_a_changed_line(firmware, b"X", b"Y")
     with pytest.raises(DeviceFault, match="changed on the wire, because another motor has turned"):
         arm.home()
     assert not arm.twin.device.moving
     assert arm.status.trust is not Trust.REFERENCED
 
 
-@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
-def test_a_homing_command_that_homes_a_homed_motor_once_more_is_repeated(firmware):
-    """These boards do not report while they home, and the count of that motor is as before."""
-    arm = homing_with_a_changed_line(firmware, b"Z", b"X")
+@pytest.mark.parametrize(
+    ("firmware", "letter", "other"),
+    [(each, b"Z", b"X") for each in HOME_SINGLE_AXES] + [("fluidnc", b"X", b"Y")],
+)
+def test_a_homing_command_after_which_no_count_has_changed_is_repeated(firmware, letter, other):
+    arm = homing_with_a_changed_line(firmware, letter, other)
     arm.home()
     assert arm.twin.world.motors == arm.status.acknowledged
 
@@ -153,7 +153,7 @@ def test_a_damaged_report_is_no_motor_that_turns_while_another_one_homes(firmwar
     arm.reset()
     report = rb"(<(?:Idle|Home|Alarm)\|MPos:[^,]+,[^,]+,[^,]+,[^,]+,)[^,]+"
     damage = becoming(lambda line: re.sub(report, rb"\g<1>7.000", line))
-    rules = [Rule(report, damage, skip=skip) for skip in (0, 3, 9, 17, 30)]
+    rules = [Rule(report, damage, skip=skip) for skip in (0, 3, 9, 17)]
     arm.twin.link.back += rules
     arm.home()
     assert arm.twin.world.motors == arm.status.acknowledged
@@ -168,16 +168,6 @@ def test_a_board_that_executes_no_lines_does_not_home():
     with pytest.raises(DeviceFault, match=r"the board's state is Sleep; `reset\(\)` leaves it"):
         arm.home()
     assert arm.status.time_s - began_s < 1.0
-
-
-def test_a_board_that_reports_while_it_homes_is_lost_soon_once_it_is_silent():
-    arm = found(homing_config(), firmware="fluidnc")
-    arm.twin.link.back.append(Rule(rb".", lost, skip=50, times=math.inf))
-    began_s = arm.status.time_s
-    with pytest.raises(DeviceFault, match="not ended after"):
-        arm.home()
-    assert arm.status.time_s - began_s < 16.0
-    assert not arm.twin.device.moving
 
 
 @pytest.mark.parametrize("firmware", HOME_SINGLE_AXES[amount(2, 0) :])

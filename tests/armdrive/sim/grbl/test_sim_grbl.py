@@ -184,15 +184,14 @@ def test_the_mask_says_what_reports_tell():
     first = bench.ask()
     assert (first.machine_position[0], first.free_blocks, first.free_bytes) == (0.0, 35, 255)
     assert first.others[0].startswith("WCO:")
-    assert bench.ask().overrides == (100, 100, 100)
+    assert bench.ask().others == ("Ov:100,100,100",)
     bench.say("$10=0")
     assert (bench.ask().machine_position, bench.ask().free_blocks) == (None, None)
     hal = with_switches_ahead(Bench({10: 3}, firmware="grblhal"), 0.0)
-    for mask, parts in ((3, set()), (91, {"feed", "pins", "overrides"})):
+    for mask, parts in ((3, set()), (91, {"|FS:", "|Pn:", "|Ov:"})):
         hal.say(f"$10={mask}")
-        told = [hal.ask() for _ in range(12)]
-        wanted = ("feed", "pins", "overrides")
-        assert {part for part in wanted for one in told if getattr(one, part) is not None} == parts
+        told = [hal.ask().line for _ in range(12)]
+        assert {part for part in ("|FS:", "|Pn:", "|Ov:") if part in "".join(told)} == parts
 
 
 # -- Motion ----------------------------------------------------------------------------------------
@@ -756,7 +755,8 @@ def test_outputs_wait_for_the_motion_before_them_and_show():
     outputs = bench.device.board.details()["outputs"]
     assert (outputs["flood"], outputs["spindle"], outputs["speed"]) == (True, "M3", 700)
     assert outputs["digital"] == {"1": True}
-    assert (bench.ask().speed, bench.reports[-1].accessories) == (700, "SF")
+    assert bench.ask().speed == 700
+    assert "A:SF" in bench.reports[-1].others
     bench.say(RESET, 0.3)
     assert bench.device.board.details()["outputs"]["spindle"] == "M5"
 
