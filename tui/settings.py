@@ -215,7 +215,7 @@ KINDS: Mapping[str, type] = {"look": str, "instructed": bool, "arms": dict, "lay
 def recall(path: Path) -> DeskMemory:
     """Return the remembered settings, without any that cannot be read."""
     try:
-        found = json.loads(DISK.read_own(path, MOST_BYTES))
+        found = json.loads(DISK.read(path, MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return DeskMemory()
     if not isinstance(found, dict):

@@ -49,9 +49,7 @@ def default_arm() -> str:
 def chosen_default() -> str | None:
     """Return the arm that was chosen as default, or None."""
     try:
-        text = read_text(
-            _default_path(), "the chosen arm", ArmFileError, most_bytes=LARGEST_BYTES, own=True
-        )
+        text = read_text(_default_path(), "the chosen arm", ArmFileError, most_bytes=LARGEST_BYTES)
         return text.strip() or None
     except ArmFileError:
         return None

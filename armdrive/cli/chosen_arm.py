@@ -133,7 +133,7 @@ def _load(arm: str) -> object:
     path = world_file(arm)
     if not is_there(path):
         return None
-    return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES, own=True)
+    return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES)
 
 
 def _save(arm: str, world: Mapping[str, object]) -> None:

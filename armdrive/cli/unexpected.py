@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
+from armdrive.errors import StateFileError
 from armdrive.errors.printable import printable_lines, reason_of, shortened
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
@@ -39,15 +40,12 @@ class Unexpected(Exception):
 
 def _written(error: BaseException) -> str:
     """Save the details; return the sentence that says where."""
-    path = places.states() / DETAILS
     try:
+        path = places.states() / DETAILS
         replace_file(path, _details(error))
-    except (OSError, ValueError) as refusal:
+    except (OSError, ValueError, StateFileError) as refusal:
         reason = reason_of(refusal)
-        return (
-            f"The details could not be written to {path} ({reason}): "
-            "ARMDRIVE_TRACEBACK=1 shows them"
-        )
+        return f"The details could not be written ({reason}): ARMDRIVE_TRACEBACK=1 shows them"
     return f"The details are in {path}"
 
 

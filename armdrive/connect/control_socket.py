@@ -19,7 +19,7 @@ from typing import TypeGuard
 from armdrive.connect.connection import ArmConnection
 from armdrive.errors import ArmError, BadRequest
 from armdrive.status import status_view
-from armdrive.storage.arm_lock import Answering, ArmLock, Json
+from armdrive.storage.arm_lock import ArmLock, Json
 from armdrive.storage.lock_client import WATCH_EVERY_S
 from armdrive.trace.entries import TRAFFIC, TraceEntry
 from kinematics.errors import KinematicsError
@@ -57,7 +57,7 @@ def serve_stop(lock: ArmLock, doing: str) -> None:
         _interrupt_main_thread()
         yield {"done": "stop"}
 
-    lock.serve(lambda words: (Answering.AT_ONCE, answers(words)))
+    lock.serve(lambda words: (False, answers(words)))
 
 
 def _interrupt_main_thread() -> None:
@@ -234,30 +234,32 @@ def _messages(pieces: list[Piece]) -> Iterator[list[Piece]]:
 
 # The table of requests.
 
-# Every request by its name: in which order it is answered, and how.
-REQUESTS: Mapping[str, tuple[Answering, Answers]] = MappingProxyType(
+# Every request by its name.
+REQUESTS: Mapping[str, Answers] = MappingProxyType(
     {
-        "status": (Answering.IN_TURN, _status),
-        "stop": (Answering.AT_ONCE, _stop),  # before any other request
-        "pause": (Answering.IN_TURN, _pause),
-        "resume": (Answering.IN_TURN, _resume),
-        "slow": (Answering.IN_TURN, _slow),
-        "record": (Answering.IN_TURN, _record),
-        "watch": (Answering.WATCHING, _watch),
-        "follow": (Answering.WATCHING, _follow),
-        "wire": (Answering.WATCHING, _wire),
+        "status": _status,
+        "stop": _stop,
+        "pause": _pause,
+        "resume": _resume,
+        "slow": _slow,
+        "record": _record,
+        "watch": _watch,
+        "follow": _follow,
+        "wire": _wire,
     }
 )
+# Those that are answered until either side ends.
+WATCHING = (_watch, _follow, _wire)
 
 
-def answered(arm: ArmConnection, words: Json) -> tuple[Answering, Iterator[Json]]:
-    """Return in which order a request is answered, and the answers."""
+def answered(arm: ArmConnection, words: Json) -> tuple[bool, Iterator[Json]]:
+    """Return whether a request watches the arm, and the answers."""
     name = words.get("request")
     if not isinstance(name, str) or name not in REQUESTS:
         unknown = f"unknown request {name!r:.40}; known are {', '.join(REQUESTS)}"
-        return Answering.IN_TURN, iter([{"error": unknown}])
-    way, answers = REQUESTS[name]
-    return way, _guarded(answers, arm, words)
+        return False, iter([{"error": unknown}])
+    answers = REQUESTS[name]
+    return answers in WATCHING, _guarded(answers, arm, words)
 
 
 def _guarded(answers: Answers, arm: ArmConnection, words: Json) -> Iterator[Json]:

@@ -142,7 +142,7 @@ def interrupted(arm: str) -> JournalEntry:
     """
     path = journal_file(arm)
     try:
-        text = DISK.read_own(path, LONGEST_JOURNAL + 1)
+        text = DISK.read(path, LONGEST_JOURNAL + 1)
     except FileNotFoundError:
         raise Refused(f"no program of {arm} was interrupted: there is nothing to resume") from None
     except OSError as error:

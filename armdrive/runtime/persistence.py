@@ -46,15 +46,9 @@ class Memory:
 
     def load(self, arm: str, calibration: str, motors: int) -> Record | None:
         """Return the record of an earlier program; raises `StateFileError` if it is unusable."""
-        try:
-            record = self._store.load()
-            if record is None:
-                return None
+        record = self._store.load()
+        if record is not None:
             record.require_owner(arm, calibration, motors)
-        except StateFileError:
-            self._writer.refused()
-            raise
-        self._writer.found(record)
         return record
 
     def taken_up(self) -> None:

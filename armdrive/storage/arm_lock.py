@@ -1,8 +1,7 @@
 """The lock on an arm, and the control socket on which its holder answers other programs.
 
-One thread accepts callers, and each caller has a thread that reads its request and answers it. How
-many answers of each kind are given at a time is limited, except for a stop: so neither slow
-answers nor watchers keep one waiting.
+One thread accepts callers, and each caller has a thread that reads its request and answers it. Far
+fewer programs may watch an arm than may call at a time: so watchers keep no stop waiting.
 
 A request is one JSON object in UTF-8, and so is each answer. The `Answerer` passed to the server
 gives them their meaning.
@@ -15,12 +14,10 @@ import json
 import os
 import shutil
 import socket
-import stat
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Collection, Generator, Iterator
-from enum import Enum
+from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection, Listener
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.errors import ArmInUse, StateFileError
 from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
-from armdrive.storage.files import is_ours, is_private, replace_file
+from armdrive.storage.files import PRIVATE, replace_file
 from armdrive.storage.lock_client import (
     AGAIN,
     PATIENCE_S,
@@ -41,7 +38,6 @@ from armdrive.storage.lock_client import (
     timeval,
     try_lock,
 )
-from armdrive.text.reading import PRIVATE
 
 if TYPE_CHECKING:
     from filelock import FileLock
@@ -49,22 +45,13 @@ if TYPE_CHECKING:
 Json = dict[str, Any]
 
 MOST_REQUEST_BYTES = 4096  # ten times the longest request
-MOST_CALLERS = 64  # at a time, each in a thread; more than the answers below take together
-MOST_ANSWERED = 8  # single answers at a time; a status waits for the engine, which may be slow
+MOST_CALLERS = 64  # at a time, each in a thread
 MOST_WATCHERS = 16  # programs that watch, follow or tap an arm at a time
 RETRY_S = 0.1  # pause after a failed accept, for instance when the system has no file handle left
 
 
-class Answering(Enum):
-    """How a request is answered; the value says that no more such answers can be given now."""
-
-    AT_ONCE = ""
-    IN_TURN = f"{MOST_ANSWERED} requests are being answered already"
-    WATCHING = f"{MOST_WATCHERS} programs watch this arm already"
-
-
-# Returns how to answer a request, and the answers. Called from several threads at once.
-Answerer = Callable[[Json], tuple[Answering, Iterator[Json]]]
+# Returns whether a request watches the arm, and the answers. Called from several threads at once.
+Answerer = Callable[[Json], tuple[bool, Iterator[Json]]]
 
 
 class ControlServer:
@@ -76,11 +63,7 @@ class ControlServer:
         self._answerer = answerer
         self._ended = threading.Event()
         self._callers = threading.BoundedSemaphore(MOST_CALLERS)
-        self._answers = {
-            Answering.AT_ONCE: threading.BoundedSemaphore(MOST_CALLERS),  # no limit of its own
-            Answering.IN_TURN: threading.BoundedSemaphore(MOST_ANSWERED),
-            Answering.WATCHING: threading.BoundedSemaphore(MOST_WATCHERS),
-        }
+        self._watchers = threading.BoundedSemaphore(MOST_WATCHERS)
 
     def start(self) -> None:
         """Start answering callers."""
@@ -97,7 +80,7 @@ class ControlServer:
             except (OSError, EOFError):
                 self._ended.wait(RETRY_S)
                 continue
-            if self._ended.is_set() or not _may_call(connection):
+            if self._ended.is_set():
                 connection.close()
             elif not self._callers.acquire(blocking=False):
                 _turn_away(connection)
@@ -110,42 +93,40 @@ class ControlServer:
         )
         try:
             work.start()
-        except RuntimeError:  # the system is out of threads: this one can still pass on a stop
-            self._answer(connection, (Answering.AT_ONCE,))
+        except RuntimeError:  # the system is out of threads
+            self._callers.release()
+            _turn_away(connection)
 
-    def _answer(
-        self, connection: Connection[Any, Any], ways: Collection[Answering] = tuple(Answering)
-    ) -> None:
-        """Read one request, and answer it if it may be answered in one of these ways."""
+    def _answer(self, connection: Connection[Any, Any]) -> None:
+        """Read one request, and answer it."""
         try:
-            with (
-                connection,
-                contextlib.suppress(OSError, EOFError),  # the caller has hung up
-                contextlib.closing(self._answers_to(connection, ways)) as answers,
-            ):
-                for answer in answers:
-                    connection.send_bytes(json.dumps(answer).encode())
+            with connection, contextlib.suppress(OSError, EOFError):  # the caller has hung up
+                try:
+                    watches, answers = self._answerer(_request(connection))
+                except ValueError as error:
+                    _send(connection, {"error": str(error)})
+                    return
+                if not watches:
+                    _send_all(connection, answers)
+                elif self._watchers.acquire(blocking=False):
+                    try:
+                        _send_all(connection, answers)
+                    finally:
+                        self._watchers.release()
+                else:
+                    words = f"{MOST_WATCHERS} programs watch this arm already: try again later"
+                    _send(connection, {"error": words})
         finally:
             self._callers.release()
 
-    def _answers_to(
-        self, connection: Connection[Any, Any], ways: Collection[Answering]
-    ) -> Generator[Json, None, None]:
-        try:
-            request = _request(connection)
-        except ValueError as error:
-            yield {"error": str(error)}
-            return
-        way, answers = self._answerer(request)
-        if way not in ways:
-            yield {"error": "the program that holds the arm cannot start another thread"}
-        elif not self._answers[way].acquire(blocking=False):
-            yield {"error": f"{way.value}: try again later"}
-        else:
-            try:
-                yield from answers
-            finally:
-                self._answers[way].release()
+
+def _send(connection: Connection[Any, Any], answer: Json) -> None:
+    connection.send_bytes(json.dumps(answer).encode())
+
+
+def _send_all(connection: Connection[Any, Any], answers: Iterator[Json]) -> None:
+    for answer in answers:
+        _send(connection, answer)
 
 
 def _request(connection: Connection[Any, Any]) -> Json:
@@ -184,25 +165,16 @@ def _limit_reading(connection: Connection[Any, Any]) -> None:
             end.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, timeval(PATIENCE_S))
 
 
-def _may_call(connection: Connection[Any, Any]) -> bool:
-    try:
-        return is_ours(connection.fileno())
-    except OSError:  # out of file handles: refuse a caller whose user cannot be checked
-        return False
-
-
 def _turn_away(connection: Connection[Any, Any]) -> None:
     """Tell a caller to call again, and close the connection. So short a message never blocks."""
-    answer = {"error": f"{MOST_CALLERS} programs call already", AGAIN: True}
     with connection, contextlib.suppress(OSError):
-        connection.send_bytes(json.dumps(answer).encode())
+        _send(connection, {"error": f"{MOST_CALLERS} programs call already", AGAIN: True})
 
 
 # Only one program at a time holds an arm. Next to its lock is a local socket for the same user.
 #
 # An arm is locked by its port and by its name, and a link to a port by both. Messages are JSON
-# objects; nothing is ever unpickled. The socket lies in a private folder, and callers of another
-# user are hung up on, where the system reveals the caller's user.
+# objects; nothing is ever unpickled. The socket lies in a private folder.
 
 MOST_WAITING = 16  # connections that the system queues until they are accepted
 LONGEST_ADDRESS = 100  # bytes; systems limit the path of a local socket to 103 or 107
@@ -217,6 +189,7 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
         self._listener: Listener | None = None
         self._server: ControlServer | None = None
         self._folder: str | None = None
+        self._notices: list[Path] = []
 
     def __exit__(self, *_: object) -> None:
         self.release()
@@ -279,8 +252,9 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
             "program": _program(),
             "address": address,
         }
-        for name in self._names:
-            replace_file(notice_path(name, "holder"), json.dumps(notice))
+        self._notices = [notice_path(name, "holder") for name in self._names]
+        for path in self._notices:
+            replace_file(path, json.dumps(notice))
         # Callers that have read the notice by now wait in the listener's queue.
         self._server.start()
 
@@ -295,9 +269,9 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
                 knock(str(listener.address))  # closing alone would not end the blocked accept
             with contextlib.suppress(OSError):
                 listener.close()
-            for name in self._names:
+            for path in self._notices:
                 with contextlib.suppress(OSError):
-                    notice_path(name, "holder").unlink()
+                    path.unlink()
         for lock in self._locks:
             lock.release()
         self._locks.clear()
@@ -306,18 +280,15 @@ class ArmLock(contextlib.AbstractContextManager["ArmLock"]):
             shutil.rmtree(folder, ignore_errors=True)
 
     def _address(self) -> str:
-        """Return where to listen: next to the lock, or in a temporary private folder.
-
-        The latter if the path is too long, the folder of the lock is open to other users, or
-        something other than an old socket is in the way.
-        """
+        """Return where to listen: beside the lock, or in a temporary folder if its path is long."""
         address = address_of(self._names[0])
         if os.name != "posix":
             return address
-        short = len(os.fsencode(address)) <= LONGEST_ADDRESS
-        if not (short and is_private(Path(address).parent) and _cleared(Path(address))):
+        if len(os.fsencode(address)) > LONGEST_ADDRESS:
             self._folder = tempfile.mkdtemp(prefix="armdrive-")
             return str(Path(self._folder) / "socket")
+        # a killed program left it: as this program has the lock, no other one listens there
+        Path(address).unlink(missing_ok=True)
         return address
 
 
@@ -332,19 +303,3 @@ def _program() -> str:
     """Return this program's name; for `python -m NAME` the name of the package."""
     path = Path(sys.argv[0])
     return path.parent.name if path.name == "__main__.py" else path.name
-
-
-def _cleared(address: Path) -> bool:
-    """Remove the socket of a dead program; return whether the address is free.
-
-    As this program has the lock, no other program can be listening there.
-    """
-    try:
-        if not stat.S_ISSOCK(address.lstat().st_mode):
-            return False
-        address.unlink()
-    except FileNotFoundError:
-        return True
-    except OSError:
-        return False
-    return True

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 from armdrive.errors import ArmError, ArmInUse, HolderError
 from armdrive.errors.printable import reason_of
 from armdrive.storage import files as places
-from armdrive.storage.files import DISK, create_lock, is_ours
-from armdrive.text.reading import PRIVATE, is_there
+from armdrive.storage.files import DISK, PRIVATE
+from armdrive.text.reading import is_there
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator, Mapping
@@ -59,7 +59,7 @@ def try_lock(name: str) -> FileLock | None:
     from filelock import FileLock, Timeout
 
     path = notice_path(name, "lock")
-    create_lock(path)  # filelock opens whatever is there; older versions follow a link
+    DISK.make_folder(path.parent)
     lock = FileLock(path, mode=PRIVATE)
     try:
         lock.acquire(timeout=0)
@@ -90,7 +90,7 @@ def notice_of(*names: str) -> dict[str, Any] | None:
 def _notices(names: list[str]) -> Iterator[dict[str, Any]]:
     for each in reversed(names):  # who holds the port now comes first
         with contextlib.suppress(OSError, ValueError, RecursionError):
-            notice = json.loads(DISK.read_own(notice_path(each, "holder"), LARGEST_BYTES))
+            notice = json.loads(DISK.read(notice_path(each, "holder"), LARGEST_BYTES))
             if isinstance(notice, dict) and "address" in notice:
                 yield notice
 
@@ -229,10 +229,6 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
         raise _unserved(name)
     try:
         with called(str(notice["address"])) as connection:
-            if not is_ours(connection.fileno()):
-                raise HolderError(
-                    f"another user's program answers for {name}: so no request was sent to it"
-                )
             yield connection
     except (ConnectionRefusedError, FileNotFoundError):
         raise HolderError(

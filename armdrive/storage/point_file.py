@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -17,7 +18,6 @@ from armdrive.storage.files import (
     DISK,
     NotWanted,
     StateFiles,
-    followed,
     replace_durably,
     stamp_of,
 )
@@ -187,7 +187,7 @@ class Points(MutableMapping[str, Point]):
 
     def _bytes(self) -> bytes:
         try:
-            data = self._files.read(followed(self.path), LARGEST_BYTES + 1)
+            data = self._files.read(self.path, LARGEST_BYTES + 1)
         except FileNotFoundError:
             return b""
         except OSError as error:
@@ -230,7 +230,7 @@ class Points(MutableMapping[str, Point]):
             raise PointsFileError(f"{self.path}: {error}") from None
         written = text.encode("utf-8")
         self._require_readable(written)
-        path = followed(self.path)
+        path = Path(os.path.realpath(self.path))  # a link to a person's own collection stays one
         replace_durably(self._files, path, written, wanted=lambda: self._bytes() == data)
 
     def _require_readable(self, data: bytes) -> None:

@@ -7,7 +7,6 @@ during a motion thus leaves a mark instead of a wrong position.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import threading
@@ -19,16 +18,15 @@ from typing import Any, Protocol
 
 from armdrive.errors import ArmFileError, StateFileError
 from armdrive.errors.printable import reason_of
-from armdrive.status import BELIEVED_WORDS, Trust
+from armdrive.status import Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import (
     DISK,
     StateFiles,
     always,
-    append_line,
-    put_aside,
     remove_durably,
     replace_durably,
+    replace_file,
 )
 from armdrive.text.reading import parse_json
 from armdrive.text.toml import FORMAT_KEY, section_of, setting
@@ -63,11 +61,6 @@ class Record:
     in_motion: bool = False
     taken: tuple[int, ...] = setting((), low=-STEPS_MOST, high=STEPS_MOST)
     unsure: tuple[int, ...] = ()
-
-    @property
-    def would_restore(self) -> bool:
-        """Whether the next program would restore this position if the registers agree."""
-        return not self.in_motion and self.trust in BELIEVED_WORDS
 
     def require_owner(self, arm: str, calibration: str, motors: int) -> None:
         """Raise `StateFileError` unless the record is of this arm, with this calibration."""
@@ -148,25 +141,19 @@ def checksum(entries: Mapping[str, Any]) -> str:
     return hashlib.sha256(plain.encode()).hexdigest()
 
 
-BAD = ".bad"  # ending of an unusable file, which is kept when a new one replaces it
-
-
 class RecordStore(Protocol):
     """Stores one record. Raises `OSError` if the disk fails."""
 
     def load(self) -> Record | None:
         """Return the record, or None if there is none; raises `StateFileError`."""
 
-    def save(
-        self, record: Record, wanted: Callable[[], bool] = always, *, aside: bool = False
-    ) -> None:
+    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
         """Replace the record; once this returns, the new one survives a power cut.
 
         As a disk may be slow, `wanted()` is called again just before the new record takes effect.
-        With `aside`, a file that could not be used is kept under another name.
         """
 
-    def remove(self, *, aside: bool = False) -> None:
+    def remove(self) -> None:
         """Delete the record, which is no longer true and cannot be replaced."""
 
 
@@ -180,18 +167,12 @@ class RecordInMemory:
         """Return the latest record."""
         return self._record
 
-    def save(
-        self,
-        record: Record,
-        wanted: Callable[[], bool] = always,
-        *,
-        aside: bool = False,  # noqa: ARG002 - there is no file to rename
-    ) -> None:
+    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
         """Keep a record."""
         if wanted():
             self._record = record
 
-    def remove(self, *, aside: bool = False) -> None:  # noqa: ARG002
+    def remove(self) -> None:
         """Drop the record."""
         self._record = None
 
@@ -202,17 +183,11 @@ class RecordFile:
     def __init__(self, path: Path, files: StateFiles = DISK) -> None:
         self.path = path
         self._files = files
-        self._tidied = False
-
-    @property
-    def aside(self) -> Path:
-        """The path at which the latest unusable file is kept."""
-        return self.path.with_name(self.path.name + BAD)
 
     def load(self) -> Record | None:
         """Read the file. Reject a file that cannot be replaced, as it may be out of date."""
         try:
-            text = self._files.read_own(self.path, LONGEST_RECORD + 1)
+            text = self._files.read(self.path, LONGEST_RECORD + 1)
         except FileNotFoundError:
             return None
         except OSError as error:
@@ -230,22 +205,12 @@ class RecordFile:
             )
         return record
 
-    def save(
-        self, record: Record, wanted: Callable[[], bool] = always, *, aside: bool = False
-    ) -> None:
-        """Replace the file; the first time, also remove the unfinished files of killed programs."""
-        kept = self.aside if aside else None
-        replace_durably(self._files, self.path, to_text(record), aside=kept, wanted=wanted)
-        if not self._tidied:
-            self._tidied = True
-            for left in self._files.leftovers(self.path):
-                with contextlib.suppress(OSError):
-                    self._files.remove(left)
+    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
+        """Replace the file."""
+        replace_durably(self._files, self.path, to_text(record), wanted=wanted)
 
-    def remove(self, *, aside: bool = False) -> None:
+    def remove(self) -> None:
         """Remove the file, which works on a full disk too."""
-        if aside:
-            put_aside(self._files, self.path, self.aside)
         remove_durably(self._files, self.path)
 
 
@@ -269,7 +234,7 @@ class WriteOutcome:
 
 
 class RecordWriter:
-    """Writes records to the disk, and removes an old record that would mislead the next program.
+    """Writes records to the disk, and removes the old record if a new one cannot be written.
 
     Without `wake`, `put` writes at once: simulated time stands still meanwhile, and runs repeat.
     With `wake`, a thread writes and calls `wake` after each record. The thread exists only while
@@ -281,27 +246,11 @@ class RecordWriter:
         self.outcome = WriteOutcome()
         self._store = store
         self._wake = wake
-        # The records that may be on the disk; an unusable one is only noted by `_refused`.
-        self._left: set[Record] = set()
-        self._refused = False
         self._ended = False
         self._number = 0
         self._turn = threading.Condition()
         self._waiting: Record | None = None
         self._at_work = False
-
-    # -- what an earlier program has left -----------------------------------------------------
-
-    def found(self, record: Record) -> None:
-        """Note the record that is on the disk."""
-        self._left = {record}
-
-    def refused(self) -> None:
-        """Note that the disk holds an unusable record, which the next program may misread.
-
-        The next `save` or `remove` keeps its file under another name.
-        """
-        self._refused = True
 
     # -- accepting records --------------------------------------------------------------------
 
@@ -356,37 +305,29 @@ class RecordWriter:
         if self._ended:
             return
         try:
-            self._store.save(record, lambda: not self._ended, aside=self._refused)
+            self._store.save(record, lambda: not self._ended)
         except Exception as error:  # any failure has to reach the wire's thread
-            self.outcome = replace(self.outcome, number=number, error=self._failed(record, error))
+            # once ended, the next program may hold the arm, and the record may be its own
+            words = "" if self._ended else self._failed(record, error)
+            self.outcome = replace(self.outcome, number=number, error=words)
         else:
-            self._left, self._refused = {record}, False
             self.outcome = WriteOutcome(number, "", record, number)
 
     def _failed(self, record: Record, error: Exception) -> str:
-        """Remove the old record from the disk if the next program would wrongly restore it."""
+        """Remove the old record, which the next program would believe; return what went wrong."""
         words = reason_of(error)
-        if self._refused or any(_misleads(one, record) for one in self._left):
-            try:
-                self._store.remove(aside=self._refused)
-            except OSError as another:
-                words += f", and the old position is still there ({reason_of(another)})"
-            else:
-                self._left, self._refused = set(), False
-        self._left.add(record)  # the new record may still be on the disk: only the last step failed
+        if record.in_motion:  # nothing moves without this mark, so the old record stays true
+            return words
+        try:
+            self._store.remove()
+        except OSError as another:
+            words += f", and the old position is still there ({reason_of(another)})"
         return words
-
-
-def _misleads(left: Record, now: Record) -> bool:
-    """Return whether the next program would restore a position that this one no longer trusts."""
-    if not left.would_restore:
-        return False
-    return now.trust not in BELIEVED_WORDS or now.offset != left.offset
 
 
 # The log of verifications: a file of JSON lines in the state folder.
 
-LONGEST_LOG = 1_000_000  # bytes read from the end of a log: some thousands of lines
+LONGEST_LOG = 1_000_000  # characters that are kept: some thousands of lines
 
 
 def logbook_file(arm: str) -> Path:
@@ -395,23 +336,19 @@ def logbook_file(arm: str) -> Path:
 
 
 def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference: str) -> None:
-    """Append a verification with the date; `view` is its plain data. Raises `OSError`."""
+    """Add a verification with the date; `view` is its plain data. Raises `OSError`."""
     line = {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "calibration": calibration,
         "reference": reference,
         **view,
     }
-    append_line(path, json.dumps(line))
+    replace_file(path, "\n".join([*_lines(path), json.dumps(line)]))
 
 
 def last_entry(path: Path, calibration: str) -> dict[str, Any] | None:
     """Return the latest entry with this calibration, or None; damaged lines are skipped."""
-    try:
-        lines = DISK.read_own(path, LONGEST_LOG, end=True).splitlines()
-    except OSError:
-        return None
-    for line in reversed(lines):
+    for line in reversed(_lines(path)):
         try:
             entry = json.loads(line)
         except (ValueError, RecursionError):
@@ -419,3 +356,12 @@ def last_entry(path: Path, calibration: str) -> dict[str, Any] | None:
         if isinstance(entry, dict) and entry.get("calibration") == calibration:
             return entry
     return None
+
+
+def _lines(path: Path) -> list[str]:
+    """Return the lines of a log; none if it cannot be read."""
+    try:
+        data = DISK.read(path, 10 * LONGEST_LOG)
+    except OSError:
+        return []
+    return data.decode("utf-8", errors="replace")[-LONGEST_LOG:].splitlines()

@@ -3,17 +3,12 @@
 A command line can name any path: a device that never ends, a pipe without a writer, binary data, or
 brackets nested a million deep. For every such file the caller gets one error of its own kind, soon
 and without much memory. `parse_toml` and `parse_json` apply the same limits to text from elsewhere.
-
-A folder may be shared with other users, who can put links, pipes or files of their own where ours
-belong: `read_own` follows no link and accepts nothing but plain files of this user or root.
 """
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import json
-import os
 import re
 import stat
 import tomllib
@@ -24,86 +19,17 @@ from typing import Any, NoReturn
 from armdrive.errors import ArmError
 from armdrive.errors.printable import reason_of
 
-# Opening a file that may be anything, or may have been put there by another user.
-
-PRIVATE = 0o600
-_CHUNK = 1_000_000  # a read allocates what it asks for, however short the file is
-
-CAREFULLY = (
-    getattr(os, "O_NOFOLLOW", 0)  # Windows has none: there `lstat` alone has to find a link
-    | getattr(os, "O_NONBLOCK", 0)  # a pipe without a writer would block the open
-    | getattr(os, "O_NOCTTY", 0)
-    | getattr(os, "O_BINARY", 0)
-)
-
 
 def read_plain(path: Path, most: int) -> bytes:
-    """Return the first `most` bytes of a plain file, which a link may lead to.
+    """Return the first `most` bytes of a regular file, which a link may lead to.
 
-    Raises `OSError`. For files that a person keeps; what armdrive alone writes is `read_own`.
+    Raises `OSError`.
     """
-    if path.exists():  # else the open says what is wrong
-        require_plain(path.stat(), path)
-    handle = os.open(path, os.O_RDONLY | CAREFULLY & ~getattr(os, "O_NOFOLLOW", 0))
-    try:
-        require_plain(os.fstat(handle), path)
-        return _read(handle, most)
-    finally:
-        os.close(handle)
-
-
-def read_own(path: Path, most: int, *, end: bool = False) -> bytes:
-    """Return the first `most` bytes of a file that this user or root wrote; or its last.
-
-    A link, a pipe, a device, a folder and another user's file are an `OSError`.
-    """
-    handle = open_own(path, os.O_RDONLY)
-    try:
-        size = os.fstat(handle).st_size
-        if end and size > most:
-            os.lseek(handle, size - most, os.SEEK_SET)
-        return _read(handle, most)
-    finally:
-        os.close(handle)
-
-
-def _read(handle: int, most: int) -> bytes:
-    data = bytearray()
-    while len(data) < most and (more := os.read(handle, min(most - len(data), _CHUNK))):
-        data += more
-    return bytes(data)
-
-
-def open_own(path: Path, flags: int) -> int:
-    """Open a plain file of this user's or root's, and create it where `flags` say so."""
-    with contextlib.suppress(FileNotFoundError):
-        _require_own(path.lstat(), path)  # before the open: opening a device can already do harm
-    handle = os.open(path, flags | CAREFULLY, PRIVATE)
-    try:
-        _require_own(os.fstat(handle), path)
-    except BaseException:
-        os.close(handle)
-        raise
-    return handle
-
-
-def _require_own(found: os.stat_result, path: Path) -> None:
-    require_plain(found, path)
-    if not is_own(found):
-        raise PermissionError(errno.EPERM, "it belongs to another user", str(path))
-
-
-def require_plain(found: os.stat_result, path: Path) -> None:
-    """Raise `OSError` for a link, and for anything but a regular file."""
-    if stat.S_ISLNK(found.st_mode):
-        raise OSError(errno.ELOOP, "it is a link, not a regular file", str(path))
-    if not stat.S_ISREG(found.st_mode):
+    # before the open: it would wait for the writer of a pipe, and may set off a device
+    if not stat.S_ISREG(path.stat().st_mode):
         raise OSError(errno.EINVAL, "it is not a regular file", str(path))
-
-
-def is_own(found: os.stat_result) -> bool:
-    """Return whether a file is this user's or root's, if the system knows users."""
-    return os.name != "posix" or found.st_uid in (0, os.geteuid())
+    with path.open("rb") as file:
+        return file.read(most)
 
 
 # Text, TOML and JSON, within limits.
@@ -141,17 +67,14 @@ def read_bytes(
     failure: Failure,
     *,
     most_bytes: int = LARGEST_BYTES,
-    own: bool = False,
 ) -> bytes:
     """Return the content of a regular file. `what` names its kind in errors, as "the arm file".
 
     Raises the error that `failure` makes for anything that is missing, unreadable, not a regular
-    file, or larger than `most_bytes`. A pipe or a device is not opened. With `own`, for files that
-    armdrive alone writes, neither a link nor another user's file is.
+    file, or larger than `most_bytes`. A pipe or a device is not opened.
     """
-    read = read_own if own else read_plain
     try:
-        data = read(path, most_bytes + 1)
+        data = read_plain(path, most_bytes + 1)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL or a lone surrogate
         reason = reason_of(error)
         raise failure(f"{what} {path} cannot be read: {reason}") from None
@@ -166,13 +89,12 @@ def read_text(
     failure: Failure,
     *,
     most_bytes: int = LARGEST_BYTES,
-    own: bool = False,
 ) -> str:
     """Return the text of a regular file in UTF-8, without a byte order mark.
 
     Raises as `read_bytes` does, and for bytes that are not UTF-8.
     """
-    data = read_bytes(path, what, failure, most_bytes=most_bytes, own=own)
+    data = read_bytes(path, what, failure, most_bytes=most_bytes)
     try:
         text = data.decode("utf-8").removeprefix(_MARK)
         return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -200,10 +122,9 @@ def read_json(
     failure: Failure,
     *,
     most_bytes: int = LARGEST_BYTES,
-    own: bool = False,
 ) -> object:
     """Return what a JSON file holds. Raises as `read_text` and `parse_json` do."""
-    text = read_text(path, what, failure, most_bytes=most_bytes, own=own)
+    text = read_text(path, what, failure, most_bytes=most_bytes)
     return parse_json(text, lambda words: failure(f"{what} {path} is not valid JSON: {words}"))
 
 

@@ -3,7 +3,6 @@
 import ast
 import os
 import re
-import socket
 import stat
 import sys
 from collections.abc import Iterator
@@ -13,14 +12,10 @@ import pytest
 from amounts import every_row
 
 import armdrive
-from armdrive.connect.control_socket import serve
-from armdrive.errors import ArmError, PortUnavailable
+from armdrive.errors import PortUnavailable
 from armdrive.sim import serving
 from armdrive.sim.serving.servers import TcpServer, UdpServer, beyond_this_computer
 from armdrive.storage import files as places
-from armdrive.storage import files as private
-from armdrive.storage.arm_lock import hold
-from armdrive.storage.lock_client import ask_holder
 
 ROOTS = [Path(armdrive.__file__).parent, Path(armdrive.__file__).parents[1] / "tui"]
 SOURCES = sorted(path for root in ROOTS for path in root.rglob("*.py"))
@@ -90,41 +85,6 @@ def test_the_socket_is_this_users_alone(holding):
     assert stat.S_IMODE(address.stat().st_mode) == 0o600
     assert stat.S_IMODE(address.parent.stat().st_mode) == 0o700
     assert address.parent == places.states()
-
-
-@posix
-def test_a_folder_that_others_may_enter_does_not_get_the_socket(arm):
-    places.states().mkdir(parents=True)
-    places.states().chmod(0o755)
-    holding = hold("bench")
-    try:
-        serve(holding, arm.parts.connection)
-        address = Path(str(holding._listener.address))
-        assert address.parent != places.states()
-        assert stat.S_IMODE(address.parent.stat().st_mode) == 0o700
-        assert ask_holder("bench", "status")["state"] == "standby"
-    finally:
-        holding.release()
-    assert not address.parent.exists()
-
-
-@pytest.mark.skipif(not hasattr(socket, "SO_PEERCRED"), reason="the system does not tell")
-def test_a_caller_who_is_somebody_else_is_hung_up_on(arm, holding, monkeypatch):
-    monkeypatch.setattr(private, "peer_user", lambda fileno: os.getuid() + 1)
-    for request in ("status", "stop", "pause"):
-        with pytest.raises(ArmError):
-            ask_holder("bench", request)
-    assert not arm.parts.engine.stop_asked
-    assert not arm.status.paused
-
-
-@pytest.mark.skipif(not hasattr(socket, "SO_PEERCRED"), reason="the system does not tell")
-def test_the_system_tells_who_calls():
-    one, other = socket.socketpair(socket.AF_UNIX)
-    with one, other:
-        assert private.peer_user(one.fileno()) == os.getuid()
-        one.sendall(b"still open")
-        assert other.recv(10) == b"still open"
 
 
 # -- what is never done ---------------------------------------------------------------------------

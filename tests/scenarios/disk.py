@@ -4,7 +4,7 @@ import errno
 import random
 from pathlib import Path
 
-from armdrive.storage.files import StateFiles, is_leftover
+from armdrive.storage.files import StateFiles
 
 from .program import ProgramTime
 
@@ -53,14 +53,6 @@ class Disk(StateFiles):
         if path not in self.texts:
             raise FileNotFoundError(path)
         return self.texts[path][:most]
-
-    def read_own(self, path: Path, most: int, *, end: bool = False) -> bytes:
-        """Return a file's text: this disk has no links and no other users."""
-        return self.read(path, most)
-
-    def leftovers(self, path: Path) -> list[Path]:
-        """Return the files that killed programs did not finish."""
-        return [each for each in self.texts if is_leftover(each, path)]
 
     def create(self, path: Path) -> int:
         """Create an empty file."""

@@ -91,9 +91,9 @@ def completed_lines(words: Callable[[], Sequence[str]]) -> Iterator[None]:
 
 
 def _read_history(readline: ModuleType) -> None:
-    """Recall what was typed before. readline's own reading follows links and waits for pipes."""
+    """Recall what was typed before. readline's own reading waits for pipes."""
     try:
-        data = DISK.read_own(places.states() / HISTORY, LARGEST_BYTES, end=True)
+        data = DISK.read(places.states() / HISTORY, LARGEST_BYTES)
     except OSError:
         return
     for line in data.decode("utf-8", errors="replace").splitlines():
@@ -101,7 +101,7 @@ def _read_history(readline: ModuleType) -> None:
 
 
 def _write_history(readline: ModuleType) -> None:
-    """Keep the last lines. Raises `OSError`. readline's own writing follows links."""
+    """Keep the last lines. Raises `OSError`."""
     last = readline.get_current_history_length()
     numbers = range(max(last - MOST_LINES, 0) + 1, last + 1)
     lines = [readline.get_history_item(number) or "" for number in numbers]

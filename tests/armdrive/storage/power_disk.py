@@ -9,7 +9,7 @@ import itertools
 import math
 
 from armdrive.sim.wire import MemoryLink
-from armdrive.storage.files import StateFiles, is_leftover
+from armdrive.storage.files import StateFiles
 
 MOTION = b"@STEP"
 
@@ -88,12 +88,6 @@ class PowerDisk(StateFiles):
         if path not in self.names:
             raise FileNotFoundError(path)
         return self.names[path].data[:most]
-
-    def read_own(self, path, most, *, end=False):
-        return self.read(path, most)
-
-    def leftovers(self, path):
-        return [each for each in self.names if is_leftover(each, path)]
 
     def make_folder(self, folder):
         self._pass()

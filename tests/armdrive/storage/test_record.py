@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import os
 from dataclasses import replace
 
 import pytest
@@ -19,7 +18,7 @@ from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import files as durable
 from armdrive.storage import record as record_text
-from armdrive.storage.files import file_name, replace_file
+from armdrive.storage.files import file_name
 from armdrive.storage.record import (
     LONGEST_RECORD,
     MOST_MOTORS,
@@ -147,7 +146,6 @@ def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path)
     good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "by the next program")
     recorder.save(good)
     writer = RecordWriter(recorder)
-    writer.found(good)
     writer.finish(0.0)
     writer.put(replace(good, trust="suspect"))
     assert writer.outcome == WriteOutcome()
@@ -239,10 +237,10 @@ def test_an_arm_whose_position_cannot_be_remembered_does_not_move(bench):
         def load(self):
             return None
 
-        def remove(self, *, aside):
+        def remove(self):
             raise OSError(5, "Input/output error")
 
-        def save(self, record: Record, wanted, *, aside) -> None:
+        def save(self, record: Record, wanted) -> None:
             raise OSError(28, "No space left on device")
 
     bench.recorder = Full()
@@ -268,21 +266,6 @@ def test_a_cable_pulled_in_mid_motion_leaves_a_suspect_record(bench):
     record = bench.recorder.load()
     assert record.trust == "suspect"
     assert record.in_motion
-
-
-def test_a_refused_record_is_kept_aside_once_the_arm_moves(bench):
-    referenced(bench).close()
-    bench.edit(calibration="0123456789abcdef")
-    refused = bench.path.read_text()
-    arm = bench.connect()
-    assert bench.path.read_text() == refused
-    assert not bench.recorder.aside.exists()
-    arm.jog_j(base_deg=1)
-    assert bench.recorder.load().in_motion
-    assert bench.recorder.aside.read_text() == refused
-    arm.close()
-    assert not bench.recorder.load().in_motion
-    assert bench.recorder.aside.read_text() == refused
 
 
 SIMILAR = ("lab3", "lab 3", "lab_3", "lab/3", "lab3 ", "Lab:3", "lab-3", ".lab3")
@@ -451,10 +434,6 @@ def test_no_record_comes_near_the_longest():
     assert len(to_text(long)) < LONGEST_RECORD / 2
 
 
-def names(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
 class TestTheFile:
     @pytest.fixture
     def recorder(self, tmp_path):
@@ -466,37 +445,6 @@ class TestTheFile:
         assert recorder.load() == RECORD
         recorder.remove()
         assert recorder.load() is None
-
-    def test_nothing_else_is_left_in_the_folder(self, recorder):
-        recorder.save(RECORD)
-        for left in ("lab.json.new", "lab.json.0123456789abcdef.new"):
-            recorder.path.with_name(left).write_text("left by a program that was killed in a save")
-        others = ["lab.json.draft.new", "lab2.json.0123456789abcdef.new"]
-        for other in others:
-            recorder.path.with_name(other).write_text("another file's")
-        RecordFile(recorder.path).save(RECORD)
-        assert names(recorder.path.parent) == sorted(["lab.json", *others])
-
-    def test_a_file_that_was_refused_is_kept_aside_once(self, recorder):
-        recorder.save(RECORD)
-        for text in ("first", "second"):
-            recorder.path.write_text(text)
-            with pytest.raises(StateFileError):
-                recorder.load()
-            recorder.save(RECORD, aside=True)
-            recorder.save(RECORD)
-            assert recorder.aside.read_text() == text
-        assert names(recorder.path.parent) == ["lab.json", "lab.json.bad"]
-
-    def test_a_file_that_is_not_plain_is_refused_without_waiting(self, recorder):
-        recorder.path.mkdir(parents=True)
-        with pytest.raises(StateFileError, match="cannot be read"):
-            recorder.load()
-        recorder.path.rmdir()
-        if hasattr(os, "mkfifo"):
-            os.mkfifo(recorder.path)
-            with pytest.raises(StateFileError, match="not a regular file"):
-                recorder.load()
 
     def test_a_huge_file_is_refused_unread(self, recorder):
         recorder.path.parent.mkdir()
@@ -519,10 +467,3 @@ class TestTheFile:
         recorder.save(RECORD)
         assert len(synced) == 2
         assert recorder.load() == RECORD
-
-    def test_any_other_file_is_replaced_the_same_way(self, tmp_path):
-        path = tmp_path / "arms" / "lab.toml"
-        for text in ("one", "two"):
-            replace_file(path, text)
-            assert path.read_text() == f"{text}\n"
-        assert names(path.parent) == ["lab.toml"]
