@@ -3,7 +3,7 @@
 What `armdrive run stack.arm` does, step by step:
 
 1. `program.read_program_file` reads the lines into a tree (language.grammar), and checks it as a
-   whole (language.blocks).
+   whole (language.checking).
 2. `ArmProgram.machine` looks up the arm's points; the `Machine` runs one line after the other until
    one needs an act of the arm.
 3. `rehearsal.rehearse` runs a machine on a simulated twin; a refusal ends here, before anything

@@ -216,7 +216,7 @@ class LineContext:
 
     def store(self, value: Value) -> None:
         """Give the name that the line sets, if it sets any, a value."""
-        for name, _ in set_by(self.line):
+        for name in set_by(self.line):
             low = name.name.lower()
             (self.own if low in self.own else self.state.variables)[low] = value
 
@@ -383,12 +383,12 @@ def _here(context: LineContext) -> None:
 def _remember(context: LineContext) -> None:
     found = place(context.ask(Look()))
     context.store(found)
-    name, _ = next(set_by(context.line))
+    name = next(set_by(context.line))
     context.ask(Remember(name.name, found.joints_deg or {}, found.opening_mm))
 
 
 def _shift(context: LineContext) -> None:
-    name, _ = next(set_by(context.line))
+    name = next(set_by(context.line))
     values = context.values((name, *_links(context)["by"]))
     context.store(PLACING["shifted"](values, context.fk))
 

@@ -40,7 +40,7 @@ from armdrive.programs.interpreter import (
     value_of,
 )
 from armdrive.programs.language import ENDING
-from armdrive.programs.language.blocks import CheckedProgram, checked, values_read
+from armdrive.programs.language.checking import CheckedProgram, checked, values_read
 from armdrive.programs.language.grammar import read_tree
 from armdrive.programs.language.syntax import (
     NOWHERE,
@@ -62,12 +62,11 @@ from armdrive.programs.language.values import (
     LineFailure,
     PlaceValue,
     Value,
-    kind_of,
     number,
     place,
     truth,
 )
-from armdrive.programs.language.words import COUNT, ValueKind
+from armdrive.programs.language.words import COUNT
 from armdrive.programs.problems import (
     Problem,
     ProgramError,
@@ -99,11 +98,6 @@ class Context:
     speed: float = 1.0
     opening: float | str | None = None
     lines: SourceLines = field(default_factory=dict)
-
-    @property
-    def kinds(self) -> dict[str, ValueKind]:
-        """The kind of each value."""
-        return {name: kind_of(value) for name, value in self.variables.items()}
 
     def but(self, defines: tuple[Define, ...]) -> tuple[Define, ...]:
         """Return the known subprograms that these do not replace, followed by these."""
@@ -194,7 +188,7 @@ class Program:
     def _places(
         self, book: Mapping[str, Mapping[str, float]]
     ) -> tuple[dict[str, PlaceValue], list[Problem]]:
-        own = {name.name for line in self._statements for name, _ in set_by(line)}
+        own = {name.name for line in self._statements for name in set_by(line)}
         places, problems = {}, []
         for name, mark in self.wanted.items():
             found = _in_book(name, book, own | {*self.context.variables})
@@ -500,7 +494,7 @@ def checked_program(program: Program, problems: Iterable[Problem] = ()) -> Progr
     own, known = program.tree.defines, program.context
     rest = tuple(line for line in program.tree.body if not isinstance(line, Define))
     # known subprograms are checked again: this program may replace what they call
-    code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
+    code, wrong = checked(Tree((*rest, *known.but(own))), frozenset(known.variables))
     if problems or wrong:
         raise program.error([*problems, *wrong])
     return replace(program, code=code)

@@ -28,7 +28,6 @@ from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import DeviceLine
-from armdrive.sim.world.saved import Json
 from armdrive.status import BELIEVED_WORDS
 from armdrive.tasks import AlertKind
 from armdrive.text.reading import parse_toml
@@ -37,12 +36,14 @@ from armdrive.trace.files import Recording
 from armdrive.trace.log import Divergence, describer
 from kinematics.errors import KinematicsError
 
-# The simulated device, on simulated time.
+# The messages that are compared. A restart is noticed by its alert, so its banner is left out.
+_COMPARED = frozenset((Weight.ANSWER, Weight.MOMENT))
 
-TimedMessages = deque[tuple[float, Message]]
+# The simulated device, on simulated time.
 
 ANSWER_S = 2.0  # a simulated device at rest has answered by then, or never will
 MOTION_S = 300.0  # longest motion to wait for
+TAKEN_S = 0.1  # a device has taken a message by then: the time kept between those around a gap
 _STALLED = 1000  # wake-ups without progress after which the device is left alone
 
 
@@ -50,7 +51,8 @@ class ReplayBench:
     """The simulated device of a replay.
 
     `late_s` is its delay against the recording; `passing` is its latest progress report. `device`
-    changes when the simulated device is placed somewhere else.
+    changes when the simulated device is placed somewhere else. The times of all calls are those of
+    the recording.
     """
 
     def __init__(self, config: ArmConfig, settings: Mapping[str, Value] | None = None) -> None:
@@ -58,19 +60,18 @@ class ReplayBench:
         self.now_s = 0.0
         self._config = config
         self._settings = settings
-        self._answers: TimedMessages = deque()
-        self._banners: TimedMessages = deque()
+        self._answers: deque[tuple[float, Message]] = deque()
         self.passing: Message | None = None
         self._passed_s = -math.inf
-        self._left: dict[str, Json] | None = None
+        self._skipped_s = 0.0
         self.describer = describer(config.connection.dialect)
         self._splitter = self.describer.splitter()
         self._make(None)
 
     @property
     def passing_s(self) -> float:
-        """Time of the latest progress report, on the recording's clock."""
-        return self._passed_s - self.late_s
+        """Time of the latest progress report."""
+        return self._passed_s - self._own_s(0.0)
 
     def place(self, registers: Sequence[int], position: Sequence[int] | None) -> None:
         """Set the controller's registers and, if it is known, the position of the motors.
@@ -82,54 +83,43 @@ class ReplayBench:
         world = saved["world"]
         if position is not None and isinstance(world, dict):
             world["motors"] = list(position)
-        self._remake(saved)
-
-    def leave(self) -> None:
-        """Remember the device as it is before entries are missing."""
-        self._left = self.device.to_json()
-
-    def rejoin(self, time_s: float) -> None:
-        """Go on with the device as it was left: it has missed heartbeats, for example."""
-        self.advance(time_s)
-        if self._left is not None:
-            self._remake(self._left)
-            self._left = None
-
-    def _remake(self, saved: dict[str, Json]) -> None:
         self._make({DIALECT: self._config.connection.dialect, **saved})
         self._answers.clear()
-        self._banners.clear()
         self._line.advance(self.now_s)
 
+    def skip_to(self, time_s: float) -> None:
+        """Leave out the time of missing entries, in which a device would miss heartbeats."""
+        self._skipped_s += max(self._own_s(time_s) - self.now_s - TAKEN_S, 0.0)
+
+    def _own_s(self, time_s: float) -> float:
+        """Return a time of the recording on the device's own clock."""
+        return time_s - self._skipped_s + self.late_s
+
     def send(self, data: bytes, time_s: float) -> None:
-        """Send bytes to the device at a time of the recording."""
+        """Send bytes to the device."""
         self.advance(time_s)
         self._line.send(data, self.now_s)
 
     def advance(self, time_s: float) -> None:
-        """Run the device up to a time of the recording."""
-        self._run(time_s + self.late_s)
+        """Run the device up to a time."""
+        self._run(self._own_s(time_s))
 
     def answer(self, time_s: float) -> Message | None:
-        """Return the next answer, which may come after a time of the recording; None without one.
+        """Return the next answer, which may come after a time; None without one.
 
         The delay is added to every later time.
         """
-        return self._next(self._answers, time_s)
-
-    def banner(self, time_s: float) -> Message | None:
-        """Return the next banner in the same way."""
-        return self._next(self._banners, time_s)
-
-    def discard_banners(self) -> None:
-        """Drop the banners of the device's own start."""
-        self._banners.clear()
+        self.advance(time_s)
+        due_s = self.now_s
+        while not self._answers and self._may_come(due_s):
+            self._run(min(max(self._line.next_s(), self.now_s), due_s + MOTION_S))
+        if not self._answers:
+            return None
+        self.late_s += self.now_s - due_s
+        return self._answers.popleft()[1]
 
     def stand(self, time_s: float) -> bool:
-        """Run the device until its motors rest, at least up to a time of the recording.
-
-        Return whether they rest.
-        """
+        """Run the device until its motors rest, at least up to a time; return whether they do."""
         self.advance(time_s)
         due_s = self.now_s
         while self.device.moving and self.now_s < due_s + MOTION_S:
@@ -139,19 +129,9 @@ class ReplayBench:
 
     def extra_answer(self, before_s: float = math.inf) -> Message | None:
         """Return an answer from before a time that the recorded arm has not given, if any."""
-        if self._answers and self._answers[0][0] <= before_s + self.late_s:
+        if self._answers and self._answers[0][0] <= self._own_s(before_s):
             return self._answers[0][1]
         return None
-
-    def _next(self, messages: TimedMessages, time_s: float) -> Message | None:
-        self.advance(time_s)
-        due_s = self.now_s
-        while not messages and self._may_come(due_s):
-            self._run(min(max(self._line.next_s(), self.now_s), due_s + MOTION_S))
-        if not messages:
-            return None
-        self.late_s += self.now_s - due_s
-        return messages.popleft()[1]
 
     def _may_come(self, due_s: float) -> bool:
         """Return whether a message due at a time may still come."""
@@ -170,10 +150,8 @@ class ReplayBench:
     def _take(self, now_s: float) -> None:
         self.now_s = now_s
         for message in self._splitter.feed(self._line.receive(now_s)):
-            if message.weight in (Weight.ANSWER, Weight.MOMENT):
+            if message.weight in _COMPARED:
                 self._answers.append((now_s, message))
-            elif message.weight is Weight.BANNER:
-                self._banners.append((now_s, message))
             elif message.weight is Weight.PASSING:
                 self.passing, self._passed_s = message, now_s
 
@@ -200,7 +178,6 @@ class ReplayBench:
 Counts = tuple[int, ...]
 
 _COUNTS = re.compile(r"(-?[0-9]{1,9}(?: -?[0-9]{1,9})*)(?:;|$)")
-_NO_COUNTS = (EntryKind.REQUEST, EntryKind.TIMEOUT, EntryKind.REPLY, EntryKind.LOST)
 
 
 def counts_of(entry: TraceEntry) -> Counts:
@@ -211,28 +188,17 @@ def counts_of(entry: TraceEntry) -> Counts:
     return tuple(int(word) for word in found[1].split(" "))
 
 
-def first_counts(entries: Sequence[TraceEntry]) -> Counts | None:
-    """Return the first counts that the controller reported."""
-    return next((counts_of(entry) for entry in entries if entry.kind is EntryKind.REGISTERS), None)
-
-
-def first_offset(entries: Sequence[TraceEntry]) -> Counts | None:
-    """Return the reference offset at the time when the position was first known."""
-    offset = None
-    for entry in entries:
+def offset_at(entries: Sequence[TraceEntry], index: int) -> Counts | None:
+    """Return the reference offset at an entry, or else when the position was first known."""
+    offset, known = None, False
+    for at, entry in enumerate(entries):
+        if known and at >= index:
+            break
         if entry.kind is EntryKind.OFFSET:
             offset = counts_of(entry)
-        elif entry.kind is EntryKind.TRUST and str(entry.what).startswith(BELIEVED_WORDS):
-            return offset
-    return None
-
-
-def offset_at(entries: Sequence[TraceEntry], index: int) -> Counts | None:
-    """Return the reference offset at an entry, or None if the position was not known yet."""
-    known = first_offset(entries[:index])
-    found = (entry for entry in reversed(entries[:index]) if entry.kind is EntryKind.OFFSET)
-    latest = next(found, None)
-    return None if known is None or latest is None else counts_of(latest)
+        elif entry.kind is EntryKind.TRUST:
+            known = known or str(entry.what).startswith(BELIEVED_WORDS)
+    return offset if known else None
 
 
 def position(counts: Counts, offset: Counts | None) -> Counts | None:
@@ -240,6 +206,12 @@ def position(counts: Counts, offset: Counts | None) -> Counts | None:
     if offset is None or len(offset) != len(counts):
         return None
     return tuple(a + b for a, b in zip(counts, offset, strict=True))
+
+
+def next_counts(entries: Sequence[TraceEntry], index: int) -> int:
+    """Return the index of the first counts that the controller reported from an entry on."""
+    found = (at for at in range(index, len(entries)) if entries[at].kind is EntryKind.REGISTERS)
+    return next(found, len(entries))
 
 
 def gap(entries: Sequence[TraceEntry]) -> range:
@@ -250,29 +222,12 @@ def gap(entries: Sequence[TraceEntry]) -> range:
     gaps = [index for index, entry in enumerate(entries) if entry.kind is EntryKind.DROPPED]
     if not gaps:
         return range(len(entries), len(entries))
-    for index in range(gaps[-1], len(entries)):
-        if answer_to(entries, index) is not None:
-            return range(gaps[0], index)
-    return range(gaps[0], len(entries))
-
-
-def answer_to(entries: Sequence[TraceEntry], index: int) -> TraceEntry | None:
-    """Return the entry with the counts that an entry asks for, if it does and gets them."""
-    entry = entries[index]
-    if entry.kind is not EntryKind.REQUEST or not str(entry.what).startswith("ReadPosition"):
-        return None
-    for later in range(index + 1, len(entries)):
-        if entries[later].kind is EntryKind.REGISTERS:
-            return entries[later]
-        if entries[later].kind in _NO_COUNTS:
-            return None
-    return None
+    return range(gaps[0], next_counts(entries, gaps[-1]) + 1)
 
 
 # The replay itself: the messages of the arm and of the simulated device are compared.
 
 GRACE_S = 1.0  # an unrequested answer of the simulated device this long before the arm's differs
-_NOT_COMPARED = frozenset((Weight.PASSING, Weight.SELF))
 _REPLIES = frozenset((EntryKind.REPLY, EntryKind.REGISTERS, EntryKind.TIMEOUT))
 
 
@@ -347,67 +302,64 @@ class _Replay:
         self._divergence: Divergence | None = None
         self._describer = bench.describer
         self._splitter = bench.describer.splitter()
-        self._counts_seen = False
         self._received_s = 0.0
         self._passing: Message | None = None
 
     def run(self) -> Replayed:
         """Process all entries up to the first difference."""
         missing = gap(self._entries)
-        self._begin()
-        for index, entry in enumerate(self._entries):
+        self._place(0)
+        for index in range(len(self._entries)):
             self._index = index
             if index in missing:
-                self._pass_over(entry)
+                self._pass_over()
+                if index == missing[-1]:
+                    self._compare_again()
                 continue
-            if missing and index == missing.stop:
-                self._resume(index)
             self._take()
             if self._divergence is not None:
                 break
         else:
             self._end()
-        if missing.stop == len(self._entries) and missing:
+        if missing and missing.stop > len(self._entries):
             self._notes.append("entries are missing, and the rest cannot be compared")
         return Replayed(self._compared, self._bench.late_s, self._divergence, tuple(self._notes))
 
-    # -- where the simulated device starts ------------------------------------------------------
+    # -- where the simulated device stands ------------------------------------------------------
 
-    def _begin(self) -> None:
-        """Place the simulated device where the arm first stood, as far as the recording shows."""
-        counts, offset = first_counts(self._entries), first_offset(self._entries)
-        if counts is None:
+    def _place(self, index: int) -> None:
+        """Place the simulated device where the arm stood, as far as the recording shows."""
+        at, offset = next_counts(self._entries, index), offset_at(self._entries, index)
+        if at == len(self._entries):
             self._notes.append(
                 "the arm never reported its position: the simulated device starts anywhere"
             )
             return
+        counts = counts_of(self._entries[at])
         self._bench.place(counts, position(counts, offset))
         if offset is None:
             self._notes.append(
                 "the arm's position was never known: the simulated device starts anywhere"
             )
 
-    def _pass_over(self, entry: TraceEntry) -> None:
-        """Send a lasting setting to the simulated device without comparing the answer."""
+    def _pass_over(self) -> None:
+        """Send the device what it was sent, such as a lasting setting, and compare no answer."""
+        entry = self._entry
         if entry.kind is EntryKind.DROPPED:
-            self._bench.leave()
-            return
-        self._bench.rejoin(entry.time_s)
-        if entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
+            self._bench.skip_to(entry.time_s)
+        elif entry.kind is EntryKind.SENT and isinstance(entry.what, bytes):
+            self._bench.skip_to(entry.time_s)
             self._bench.send(entry.what, entry.time_s)
 
-    def _resume(self, index: int) -> None:
-        answer = answer_to(self._entries, index)
-        if answer is None:
-            return
-        counts = counts_of(answer)
-        self._bench.rejoin(self._entries[index].time_s)
-        self._bench.place(counts, position(counts, offset_at(self._entries, index)))
+    def _compare_again(self) -> None:
+        """Begin to compare again, at the first counts after missing entries."""
+        time_s = self._entry.time_s
+        self._bench.skip_to(time_s)
+        self._bench.stand(time_s)
+        self._place(self._index)
         self._splitter = self._describer.splitter()  # a message from before the gap is incomplete
         self._request = ""
-        self._notes.append(
-            f"entries are missing: the comparison starts again at {answer.time_s:.3f} s"
-        )
+        self._notes.append(f"entries are missing: the comparison starts again at {time_s:.3f} s")
 
     # -- entries --------------------------------------------------------------------------------
 
@@ -447,15 +399,12 @@ class _Replay:
             self._received_s = entry.time_s
             if message.weight is Weight.PASSING:
                 self._passing = message
-            start_banner = message.weight is Weight.BANNER and not self._counts_seen
-            if message.weight in _NOT_COMPARED or start_banner or self._divergence is not None:
-                continue
-            self._compare(message)
+            if message.weight in _COMPARED and self._divergence is None:
+                self._compare(message)
 
     def _compare(self, message: Message) -> None:
         arm = self._describer.said(message.data)
-        banner = message.weight is Weight.BANNER
-        answer = (self._bench.banner if banner else self._bench.answer)(self._entry.time_s)
+        answer = self._bench.answer(self._entry.time_s)
         if answer is None:
             why = "the arm sent a message that the simulated device did not send"
             self._differ(why, arm, "nothing")
@@ -465,7 +414,7 @@ class _Replay:
             self._compared += 1
 
     def _agrees(self, message: Message, answer: Message) -> bool:
-        if message.data == answer.data or message.weight is Weight.BANNER:
+        if message.data == answer.data:
             return True
         momentary = message.weight is answer.weight is Weight.MOMENT
         moving = self._request.startswith("Move") or self._bench.device.moving
@@ -473,9 +422,6 @@ class _Replay:
 
     def _counts(self) -> None:
         """Compare the counts of motors at rest."""
-        if not self._counts_seen:
-            self._counts_seen = True
-            self._bench.discard_banners()
         counts = counts_of(self._entry)
         at_rest = self._bench.stand(self._entry.time_s)
         twin = tuple(self._bench.device.registers)

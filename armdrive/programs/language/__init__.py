@@ -6,8 +6,7 @@ Which file decides what:
     grammar    lines by `program.lark`, nested to a tree; the sentences about mistakes
     syntax     the tree
     values     numbers, truth, texts, places
-    checking   values of each line: how many, of which kind, within which bounds
-    blocks     the whole program: names, labels, loops, and names without a value
+    checking   the whole program: names, labels, loops, and the values of each line
 """
 
 # How the name of a program's file ends.

@@ -15,6 +15,7 @@ from armdrive.programs.language.words import (
     CONDITION,
     COUNT,
     NEGATIVE,
+    NEW_NAME,
     PLACE,
     WORDS,
     Slot,
@@ -215,7 +216,7 @@ def every(body: tuple[Statement, ...]) -> Iterator[Statement]:
 
 
 # The values that a line takes and the names that it sets, by one table for every kind of line. The
-# checks of values, the kinds of names and the names that a line needs all come from it.
+# checks of values and the names that a line needs come from it.
 
 
 def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
@@ -227,7 +228,7 @@ def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
     match line:
         case Assign():
             yield line.value, PLACE if line.point else _ANYTHING
-            yield Name(line.name, mark=line.mark), _NEW_POINT if line.point else _NEW_VALUE
+            yield Name(line.name, mark=line.mark), NEW_NAME
         case While():
             yield line.condition, CONDITION
         case If():
@@ -238,7 +239,7 @@ def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
             if line.count is not None:
                 yield line.count, COUNT
             if line.variable:
-                yield Name(line.variable, mark=line.mark), _COUNTER
+                yield Name(line.variable, mark=line.mark), NEW_NAME
         case Do():
             word = WORDS[line.word]
             known = dict(word.links)
@@ -252,16 +253,13 @@ def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
 
 
 _ANYTHING = Slot("value", ValueKind.ANY)
-_NEW_VALUE = Slot("name", ValueKind.ANY, sets=True)
-_NEW_POINT = Slot("name", ValueKind.PLACE, sets=True)
-_COUNTER = Slot("name", ValueKind.NUMBER, sets=True)
 
 
-def set_by(line: Statement) -> Iterator[tuple[Name, ValueKind]]:
-    """Yield the names that a line itself sets, with their kinds; `ANY` is that of an assignment."""
+def set_by(line: Statement) -> Iterator[Name]:
+    """Yield the names that a line itself sets."""
     for value, slot in slotted(line):
         if slot.sets and isinstance(value, Name):
-            yield value, slot.kind
+            yield value
 
 
 def own_names(define: Define | None) -> frozenset[str]:
@@ -271,14 +269,12 @@ def own_names(define: Define | None) -> frozenset[str]:
 
 @dataclass(frozen=True, slots=True)
 class ProgramNames:
-    """What a program's names stand for, found by one walk over its tree. Names are in lower case.
+    """What a program's names stand for, in lower case.
 
-    `lines` has every line with the subprogram around it, None for the program itself. `variables`
-    are the names that the program sets anywhere, without parameters. Those that only `shift` sets
-    are `only_shifted`: they begin as points of the arm's book.
+    `variables` are the names that the program sets anywhere, without parameters. Those that only
+    `shift` sets are `only_shifted`: they begin as points of the arm's book.
     """
 
-    lines: tuple[tuple[Define | None, Statement], ...]
     subprograms: Mapping[str, Define]
     variables: frozenset[str]
     only_shifted: frozenset[str]
@@ -286,19 +282,16 @@ class ProgramNames:
 
 def names_of(tree: Tree, known: frozenset[str] = frozenset()) -> ProgramNames:
     """Return the names of a program; `known` are variables that have a value before it begins."""
-    lines: list[tuple[Define | None, Statement]] = []
     subprograms: dict[str, Define] = {}
     shifted, otherwise_set = set[str](), set(known)
     for statement in tree.body:
         define = statement if isinstance(statement, Define) else None
         if define is not None:
             subprograms.setdefault(define.name.lower(), define)
-        own = own_names(define)
-        for line in every((statement,) if define is None else define.body):
-            lines.append((define, line))
-            names = {value.name.lower() for value, _ in set_by(line)} - own
+        for line in every((statement,)):
             by_shift = isinstance(line, Do) and line.word == "shift"
+            names = {name.name.lower() for name in set_by(line)} - own_names(define)
             (shifted if by_shift else otherwise_set).update(names)
-    variables = frozenset(shifted | otherwise_set)
-    only_shifted = frozenset(shifted - otherwise_set)
-    return ProgramNames(tuple(lines), subprograms, variables, only_shifted)
+    return ProgramNames(
+        subprograms, frozenset(shifted | otherwise_set), frozenset(shifted - otherwise_set)
+    )

@@ -9,7 +9,14 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TypeAlias
 
-from armdrive.programs.language.words import NEGATIVE, PARTS, SPEED, Slot, ValueKind
+from armdrive.programs.language.words import (
+    COMPARABLE,
+    NEGATIVE,
+    PARTS,
+    SPEED,
+    Slot,
+    ValueKind,
+)
 from armdrive.text.numbers import speed_refusal
 from kinematics.spaces import POSE_FIELDS, Pose
 from kinematics.text import plain
@@ -221,7 +228,10 @@ def computed(name: str, values: Sequence[Value], fk: ForwardKinematics | None) -
     if name == "not":
         return not truth(values[0])
     if name in ("==", "!="):
-        return (values[0] == values[1]) is (name == "==")
+        one, other = values
+        if kind_of(one) is not kind_of(other) or kind_of(one) not in COMPARABLE:
+            raise LineFailure(f"{value_text(one)} and {value_text(other)} cannot be compared")
+        return (one == other) is (name == "==")
     result = NUMERIC[name](*map(number, values))
     return result if isinstance(result, bool) else number(result)
 

@@ -18,7 +18,12 @@ class ValueKind(Enum):
     TRUTH = "on or off"
     PLACE = "a place"
     TEXT = "a text"
+    COMPARABLE = "a number, or on or off"
     ANY = "a value"
+
+
+# The kinds of values that can be compared.
+COMPARABLE = (ValueKind.NUMBER, ValueKind.TRUTH)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,15 +61,14 @@ WIDTH = Slot("opening in mm", least=0.0)
 MAYBE_WIDTH = Slot("opening in mm", least=0.0, optional=True)
 ALONG = (Slot("x in mm"), Slot("y in mm"), Slot("z in mm"))
 ANYTHING = Slot("text or value", ValueKind.ANY, many=True, optional=True)
-NEW_PLACE = Slot("name", ValueKind.PLACE, sets=True)
+NEW_NAME = Slot("name", ValueKind.ANY, sets=True)
 LINES = Slot("number", many=True, whole=True, not_zero=True)
 CONDITION = Slot("condition", ValueKind.TRUTH)
 SPEED = Slot("fraction of the limits")  # its bounds are those of every speed, see `out_of_bounds`
 COUNT = Slot("number of rounds", least=0.0, whole=True)
 
 
-def _into(kind: ValueKind) -> tuple[str, tuple[Slot, ...]]:
-    return ("into", (Slot("name", kind, sets=True),))
+_INTO = ("into", (NEW_NAME,))
 
 
 MOVING = (
@@ -98,14 +102,14 @@ FINGERS = (
     Word("open_now", (MAYBE_WIDTH,), "Open the fingers at once.", "open_now 40", ("openi",)),
     Word("close_now", (), "Close the fingers at once.", "close_now", ("closei",)),
     Word("grasp", (), "Close the fingers on an object; its width in mm is 0 if there is none.",
-         "grasp into width", links=(_into(ValueKind.NUMBER),)),
+         "grasp into width", links=(_INTO,)),
 )  # fmt: skip
 
 PLACES = (
-    Word("here", (NEW_PLACE,), "Name the place where the arm stands.", "here corner"),
-    Word("shift", (NEW_PLACE,), "Move a point of the program along x, y and z of the base.",
+    Word("here", (NEW_NAME,), "Name the place where the arm stands.", "here corner"),
+    Word("shift", (NEW_NAME,), "Move a point of the program along x, y and z of the base.",
          "shift corner by 10, 0, 0", links=(("by", ALONG),), needs=("by",)),
-    Word("remember", (NEW_PLACE,),
+    Word("remember", (NEW_NAME,),
          "Like `here`, and save the point, replacing a saved one of that name.",
          "remember corner"),
 )  # fmt: skip
@@ -120,7 +124,7 @@ WAITING = (
          "in s, the program ends with an error. With `into NAME` it goes on, and NAME says whether "
          "the inputs came.",
          "wait_input 1, -2 within 5",
-         links=(("within", (TIME,)), _into(ValueKind.TRUTH))),
+         links=(("within", (TIME,)), _INTO)),
     Word("hold", (ANYTHING,), "Wait until a person continues the program.",
          'hold "turn the part"', ("pause",)),
     Word("type", (ANYTHING,), "Show something to the person.", 'type "width", width'),
@@ -250,7 +254,7 @@ def _operator(
     return Function(sign, (Slot("value", takes),) * values, gives, also=also)
 
 
-_NUMBER, _TRUTH, _ANY = ValueKind.NUMBER, ValueKind.TRUTH, ValueKind.ANY
+_NUMBER, _TRUTH = ValueKind.NUMBER, ValueKind.TRUTH
 # The name of the operator `-` before a value.
 NEGATIVE = "-x"
 
@@ -259,8 +263,8 @@ OPERATORS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
     _operator("or", _TRUTH, _TRUTH),
     _operator("and", _TRUTH, _TRUTH),
     _operator("not", _TRUTH, _TRUTH, values=1),
-    _operator("==", _ANY, _TRUTH, "=", "is", "eq"),
-    _operator("!=", _ANY, _TRUTH, "is not", "<>", "ne"),
+    _operator("==", ValueKind.COMPARABLE, _TRUTH, "=", "is", "eq"),
+    _operator("!=", ValueKind.COMPARABLE, _TRUTH, "is not", "<>", "ne"),
     _operator("<", _NUMBER, _TRUTH, "lt"),
     _operator("<=", _NUMBER, _TRUTH, "le"),
     _operator(">", _NUMBER, _TRUTH, "gt"),

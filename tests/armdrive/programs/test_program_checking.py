@@ -2,7 +2,7 @@
 
 import pytest
 from amounts import every_row
-from program_bench import acts, refused, started, told
+from program_bench import acts, refused, started
 
 from armdrive.errors.table import entry
 from armdrive.programs import read_program
@@ -17,8 +17,6 @@ WRONG = [
     ("for i = 1 to 3", 1, "there is no word 'for'; write `repeat 3 as i`"),
     ("endif", 1, "there is no word 'endif'; write `end`"),
     ("wait 2", 1, "write `wait_input 2` to wait for input 2, or `delay 2` to wait for 2 seconds"),
-    ("WAIT 1, -2 within 5", 1, "there is no word 'WAIT'; write `wait_input 2`"),
-    ("wait", 1, "there is no word 'wait'; write `wait_input 2`"),
     ("zigzag pick", 1, "a subprogram takes its values in brackets: `zigzag(...)`"),
     ("zigzag", 1, "there is no word and no subprogram 'zigzag'"),
     ("x += 1", 1, "to name a value, write `x = ...`"),
@@ -46,20 +44,15 @@ WRONG = [
     ("approach 60, 60", 10, "a place is needed here, not a number"),
     ("delay on", 7, "a number is needed here, not on or off"),
     ('delay "long"', 7, "a number is needed here, not a text"),
-    ("expect 3", 8, "on or off is needed here, not a number"),
     ("while 3\nend", 7, "on or off is needed here, not a number"),
     ("if not 3\nend", 8, "on or off is needed here, not a number"),
-    ("delay 2 * on", 11, "a number is needed here, not on or off"),
     ("speed 50", 7, "a speed is a fraction of the limits, not 50: write 0.5 or 50%"),
     ("speed 120%", 7, "at most 100% of the limits, not 120%: write 0.5 or 50%"),
     ("speed 0", 7, "above 0, not 0"),
     ("delay -1", 7, "at least 0, not -1"),
-    ("open_now -5", 10, "at least 0, not -5"),
     ("signal 0", 8, "counts from 1, so 0 is not allowed"),
-    ("wait_input 1.5", 12, "whole number, not 1.5"),
     ("wait_input 1 within -2", 21, "at least 0, not -2"),
     ("repeat 2.5\nend", 8, "whole number, not 2.5"),
-    ("repeat -1\nend", 8, "at least 0, not -1"),
     ("if input(0)\nend", 10, "at least 1, not 0"),
     ("shift pick", 1, "`shift` needs `by`"),
     ("grasp by 3", 1, "`by` does not belong to `grasp` here"),
@@ -73,9 +66,8 @@ WRONG = [
     ("move joints(base 0, elbw 1)", 6, "no joint 'elbw'; did you mean 'elbow'?"),
     ("move joints(base 0)", 6, "shoulder, elbow, wrist_pitch, wrist_roll missing"),
     ("move taught(3)", 13, "a text is needed here, not a number"),
-    ('if "a" == "a"\nend', 8, "texts cannot be compared"),
+    ('if 3 == "a"\nend', 9, "a number, or on or off is needed here, not a text"),
     ("if input(1) == above(pick, 1)\nend", 16, "on or off is needed here, not a place"),
-    ("if pick == tray\nend", 9, "places cannot be compared"),
     # names
     ("speed = 3", 1, "`speed` is a word of the language: give the value another name"),
     ("grasp into point", 12, "`point` is a word of the language"),
@@ -83,7 +75,6 @@ WRONG = [
     ("x = widht", 5, "'widht' is not defined"),
     ("delay pick", 7, "'pick' is not defined"),
     ("move pik", 6, "no saved point has that name; did you mean 'pick'?"),
-    ("x = pick.x\npoint x = pick", 7, "'x' is a number elsewhere, and cannot become a place"),
     ("x = at(1, 2, 3, 4)", 1, "to name a place, write `point x = ...`"),
     ("point x = 3", 11, "a place is needed here, not a number"),
     ('x = "text"', 5, "a text cannot have a name"),
@@ -164,39 +155,6 @@ def test_a_text_that_no_person_wrote_is_refused_at_once():
     assert "a program has at most" in refused("\n" * MOST_LINES + "ready")[0][2]
 
 
-# -- names that may have no value --------------------------------------------------------------
-
-SETTLED = [
-    "if input(1)\nx = 1\nelse\nx = 2\nend\ntype x",
-    "define f()\nx = 1\nend\nf()\ntype x",
-    "define f(n)\nif n > 0\nf(n - 1)\nelse\nx = 1\nend\nend\nf(3)\ntype x",
-    "repeat\ngrasp into x\nif x > 3\nbreak\nend\nend\ntype x",
-    "if input(1)\nstop\nelse\nx = 1\nend\ntype x",
-    "goto first\nsecond:\ntype x\nstop\nfirst:\nx = 1\ngoto second",
-    "define f()\ntype x\nend\nx = 1\nf()",
-    "x = 1\ndefine never()\ntype y\nend\ndefine other()\ny = 1\nend\ntype x",
-]
-UNSETTLED = [
-    ("if input(1)\nx = 1\nend\ntype x", 4),
-    ("while input(1)\nx = 1\nend\ntype x", 4),
-    ("repeat 2\nx = 1\nend\ntype x", 4),
-    ("x = x + 1", 1),
-    ("repeat\nif input(1)\nbreak\nend\nx = 1\nend\ntype x", 7),
-    ("type x\nx = 1", 1),
-]
-
-
-@every_row("text", SETTLED)
-def test_a_name_that_surely_has_a_value_may_be_used(text):
-    read_program(text)
-
-
-@every_row("text, line", UNSETTLED)
-def test_a_name_that_may_have_none_may_not(text, line):
-    ((at, _, said),) = refused(text)
-    assert (at, "may have no value yet" in said) == (line, True)
-
-
 # -- what the arm has to know ------------------------------------------------------------------
 
 
@@ -214,10 +172,6 @@ def test_the_joints_of_another_arm_are_another_arms():
     assert started(text, joint_names=("a", "b")).next() is not None
     assert started(text, joint_names=None).next() is not None
     assert refused(text)
-
-
-def test_parameters_hide_the_programs_names_and_are_free_again_outside():
-    assert told("x = 1\ndefine f(x)\nx = x + 1\ntype x\nend\nf(7)\ntype x") == ["8", "1"]
 
 
 def test_a_label_may_stand_before_an_end_or_an_else():

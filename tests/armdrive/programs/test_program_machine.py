@@ -107,6 +107,11 @@ FAILING = [
     ("while on\nend", "loops here without giving the arm anything"),
     ("define f(a)\nmove a\nend\nf(3)", "a place is needed, not 3"),
     ("define f()\ntype x\nend\nf()\nx = 1", "'x' has no value yet, called in line 4"),
+    ("x = x + 1", "'x' has no value yet"),
+    ("x = 1\nif x == on\nend", "1 and on cannot be compared"),
+    ("point p = pick\nif p == tray\nend", "is not defined"),
+    ("x = 3\ndelay x > 2", "a number is needed"),
+    ("x = pick.x\nif x\nend", "on or off is needed, not"),
     ("define f()\nf()\nend\nf()", f"more than {DEEPEST_CALL} deep"),
     ("expect 1 > 2", "what is expected does not hold"),
     ('x = 3\nexpect x > 5, "only", x', "only 3"),
@@ -190,6 +195,8 @@ WAYS = {
         "again:\nrepeat 3 as n\nif n == 2\ntype n\ngoto out\nend\nend\nout:\ntype 9", list("29")),
     "out of a subprogram's loop": (
         "define f()\nrepeat\nrepeat\nreturn\nend\nend\nend\nf()\ntype 3", ["3"]),
+    "with parameters that hide the program's names": (
+        "x = 1\ndefine f(x)\nx = x + 1\ntype x\nend\nf(7)\ntype x", ["8", "1"]),
     "from one branch behind the last": (
         "if off\ntype 1\nelse if on\ntype 2\nelse\ntype 3\nend\ntype 4", list("24")),
 }  # fmt: skip
