@@ -63,8 +63,6 @@ FOREIGN: Mapping[str, str] = MappingProxyType({
     "set": "`x = 3`",
 })  # fmt: skip
 
-_CHANGES = (":=", "+=", "-=", "*=", "/=")
-
 _FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
 
 
@@ -87,8 +85,6 @@ def mistake(
             return first.start(1) + 1, found
     if token.lower() in SHAPES and "NAME" in accepted:
         return column, f"`{token.lower()}` is a word of the language: choose another name"
-    if "WORD" in accepted:
-        return column, "a number at the beginning of a line is a label, and a word comes after it"
     what = f"{str(token)!r} does not belong here" if token else "the line ends too early"
     if {"NUMBER", "LPAR"} <= accepted:
         what += ": a value is missing"
@@ -102,9 +98,7 @@ def _unknown_sign(line: str, column: int) -> str:
     sign = line[column - 1] if column <= len(line) else ""
     if sign == '"':
         return 'the text has no end: a `"` is missing'
-    if sign.isalpha():
-        return f"{sign!r} cannot stand in a name: names have the letters a to z, digits and _"
-    return f"{sign!r} has no meaning in a program"
+    return f"{sign!r} has no meaning in a program: names have the letters a to z, digits and _"
 
 
 def _first_word(first: re.Match[str], column: int) -> str:
@@ -113,12 +107,11 @@ def _first_word(first: re.Match[str], column: int) -> str:
     rest = first.string[first.end(1) :].lstrip()
     if low in RESERVED and rest.startswith("=") and not rest.startswith("=="):
         return f"`{low}` is a word of the language: give the value another name"
-    if rest.startswith(_CHANGES):
-        return f"to name a value, write `{word} = ...`"
     if low in RESERVED or column <= first.start(1) + 1 or rest.startswith(("=", ":", "(")):
         return ""
     return unknown_word(word, (*SPELLINGS, *SHAPES)) or (
-        f"there is no word {word!r}; a subprogram takes its values in brackets: `{word}(...)`"
+        f"there is no word {word!r}; `{word} = ...` names a value, and `{word}(...)` calls a "
+        "subprogram"
     )
 
 
