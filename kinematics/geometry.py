@@ -5,6 +5,7 @@ Units: mm and rad. Paths, guards, the driver and the simulator know an arm only 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, fields
 from enum import Enum
@@ -136,6 +137,9 @@ class ArmGeometry(Protocol):
     def meaning(self) -> Hashable:
         """The dimensions behind the joint angles, as a value with a stable `repr`."""
 
+    def with_tool(self, tool: Tool) -> ArmGeometry:
+        """Return this arm with a tool in its hand: poses are those of the tool's point."""
+
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture."""
 
@@ -216,7 +220,25 @@ class Tool:
         not_negative("tool.radius_mm", self.radius_mm)
 
     def __bool__(self) -> bool:
-        return any((self.along_mm, self.up_mm, self.side_mm))
+        return any(self.offset_mm)
+
+    @property
+    def offset_mm(self) -> Point:
+        """The point along the axes of the hand's frame: up, side, along."""
+        return self.up_mm, self.side_mm, self.along_mm
+
+    @property
+    def beside_mm(self) -> float:
+        """How far the point is from the hand's own line, about which the hand rolls."""
+        return math.hypot(self.up_mm, self.side_mm)
+
+    @property
+    def reach_mm(self) -> float:
+        """How far the point is from the finger tips."""
+        return math.hypot(*self.offset_mm)
+
+
+NO_TOOL = Tool()
 
 
 # Refusals: poses out of reach, and paths that an arm cannot follow.
@@ -278,15 +300,15 @@ class Unreachable(KinematicsError):
         constraint = Constraint.JOINT_LIMIT
         return cls(reason, constraint, value, bound, "rad", goal=goal, nearest=nearest, joint=joint)
 
-    def instead(self, nearest: Pose | None, goal: Pose | None = None) -> Unreachable:
-        """Return the same refusal with another nearest pose, and perhaps of another goal."""
+    def instead(self, nearest: Pose | None) -> Unreachable:
+        """Return the same refusal with another nearest pose."""
         return Unreachable(
             self.reason,
             self.constraint,
             self.value,
             self.bound,
             self.unit,
-            goal=goal or self.goal,
+            goal=self.goal,
             nearest=nearest,
             joint=self.joint,
         )

@@ -42,7 +42,6 @@ from armdrive.text.toml import (
     text,
 )
 from kinematics.errors import KinematicsError
-from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.user_frame import UserFrame
 from kinematics.geometry import Tool
 from kinematics.presets import ArmModel, preset
@@ -269,7 +268,7 @@ def _with_gripper(model: M, gripper: GripperSettings) -> M:
 
 def _holding(model: M, tool: Tool) -> ArmModel:
     """Return the model with a tool in its fingers, and the tool's thickness in its guards."""
-    arm = holding(model.arm, tool)
+    arm = model.arm.with_tool(tool)
     guards, links = model.guards, len(arm.moving_points)
     # a tool is one more link; a file that gives its thickness in radii_mm keeps it
     if guards.radii_mm and len(guards.radii_mm) + 1 == links:

@@ -218,7 +218,7 @@ class Outline:
 
 def key_of(arm: ArmGeometry, pitch_rad: float, azimuth_rad: float) -> Key:
     """Return the key of a posture's outline; similar postures share one."""
-    if not isinstance(arm, FiveAxisArm):
+    if not isinstance(arm, FiveAxisArm) or arm.tool:
         return 0, 0
     return _nearest(pitch_rad, PITCH_DEG), _nearest(azimuth_rad, AZIMUTH_DEG)
 
@@ -226,7 +226,7 @@ def key_of(arm: ArmGeometry, pitch_rad: float, azimuth_rad: float) -> Key:
 def outline(arm: ArmGeometry, key: Key) -> Outline:
     """Compute an outline. Takes some hundredths of a second: do not call on the screen's thread."""
     pitch_deg, azimuth_deg = key
-    if isinstance(arm, FiveAxisArm):
+    if isinstance(arm, FiveAxisArm) and not arm.tool:
         cut = section(arm, math.radians(pitch_deg), math.radians(azimuth_deg), _STEP_MM)
         return Outline(cut.boundary, f"reach at pitch {pitch_deg}")
     return Outline((_farthest(arm),), "reach at any pitch")

@@ -93,7 +93,7 @@ class ChainArm:
 
     def with_tool(self, tool: Tool) -> ChainArm:
         """Return this arm with a tool in its hand: poses are those of the tool's point."""
-        off = translation(tool.up_mm, tool.side_mm, tool.along_mm)
+        off = translation(*tool.offset_mm)
         return ChainArm(replace(self.chain, tool=compose(self.chain.tool, off)))
 
     def fk(self, joints: Joints) -> Pose:

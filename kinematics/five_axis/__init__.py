@@ -2,7 +2,6 @@
 
     closed_form   every branch for a pose, and the chosen one: the nearest within limits
     nearest       the reachable pose nearest to a goal
-    tool_arm      the same arm with a tool in its fingers
     workspace     its reach in a vertical plane
 
 Units: mm and rad. Joint angles are relative (facts of the build: base; shoulder = elevation of
@@ -20,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kinematics.errors import KinematicsError, check_fields, finite, require
 from kinematics.five_axis import closed_form
@@ -35,9 +34,21 @@ from kinematics.five_axis.closed_form import (
     wrist_distance,
 )
 from kinematics.five_axis.nearest import nearest, span_refusal
-from kinematics.frames.rotations import Matrix3
+from kinematics.frames.rotations import Matrix3, rotate
 from kinematics.frames.transforms import rotation_of
-from kinematics.geometry import AXIS_MM, Branch, Hand, NotFollowed, Point, Unreachable
+from kinematics.frames.vectors import add
+from kinematics.geometry import (
+    AXIS_MM,
+    NO_TOOL,
+    Branch,
+    Constraint,
+    Follower,
+    Hand,
+    NotFollowed,
+    Point,
+    Tool,
+    Unreachable,
+)
 from kinematics.limits import (
     LIMIT_TOLERANCE_RAD,
     JointRange,
@@ -47,7 +58,7 @@ from kinematics.limits import (
     widened_to,
     wrap,
 )
-from kinematics.paths.curves import in_proportion
+from kinematics.paths.curves import LEAP_RAD, NearFollower, in_proportion
 from kinematics.spaces import (
     JOINT_NAMES,
     POSE_EXAMPLE,
@@ -64,7 +75,8 @@ class FiveAxisArm:
     """Lengths in mm and joint ranges in rad of an arm of the Mini-mover's build.
 
     `base_height_mm` is the shoulder axis above the table, `hand_mm` the finger tips beyond the
-    wrist. Raises `BadNumber` and `KinematicsError` for lengths or ranges that make no arm.
+    wrist. With a `tool`, poses are those of its point. Raises `BadNumber` and `KinematicsError` for
+    lengths or ranges that make no arm.
     """
 
     base_height_mm: float
@@ -72,10 +84,10 @@ class FiveAxisArm:
     forearm_mm: float
     hand_mm: float
     limits: tuple[JointRange, ...]
+    tool: Tool = NO_TOOL
     joint_names = JOINT_NAMES
-    moving_points = ("elbow", "wrist", "tip")
     has_yaw = False
-    """The hand stays in the plane of base axis and tip."""
+    """The hand stays in the plane of base axis and finger tips."""
 
     def __post_init__(self) -> None:
         check_fields(self, finite, "base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
@@ -96,8 +108,17 @@ class FiveAxisArm:
 
     @property
     def meaning(self) -> Lengths:
-        """The lengths, which give joint angles their meaning."""
+        """The lengths, which give joint angles their meaning; a tool changes nothing about that."""
         return self.lengths
+
+    @property
+    def moving_points(self) -> tuple[str, ...]:
+        """Elbow, wrist and tip; of an arm with a tool the finger tips too."""
+        return ("elbow", "wrist", "fingers", "tip") if self.tool else ("elbow", "wrist", "tip")
+
+    def with_tool(self, tool: Tool) -> FiveAxisArm:
+        """Return this arm with a tool in its fingers."""
+        return replace(self, tool=tool)
 
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture; pitch and roll within (-pi, pi].
@@ -105,11 +126,22 @@ class FiveAxisArm:
         A wrist roll of more than half a turn is therefore reported as the same direction nearer
         to zero; `ik` with the posture as its seed finds the turn again.
         """
-        x, y, z, pitch, roll = closed_form.forward(_directions(joints), self.lengths)
+        angles = _directions(joints)
+        if not self.tool:
+            x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
+        else:
+            base, shoulder, elbow, wrist, roll = angles
+            x, y, z = self.points(joints)[-1]
+            pitch = shoulder + elbow + wrist
+            if x * math.cos(base) + y * math.sin(base) < 0.0:
+                pitch, roll = math.pi - pitch, roll + math.pi
         return Pose(x, y, z, wrap(pitch), wrap(roll))
 
-    def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
-        """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm."""
+    def points(self, joints: Joints) -> tuple[Point, ...]:
+        """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm.
+
+        With a tool the finger tips come before the tip, which is the tool's point.
+        """
         base, shoulder, elbow, wrist, _ = _directions(joints)
         cos_base, sin_base = math.cos(base), math.sin(base)
         r, z = 0.0, self.base_height_mm
@@ -119,27 +151,29 @@ class FiveAxisArm:
             r += length * math.cos(elevation)
             z += length * math.sin(elevation)
             found.append((r * cos_base, r * sin_base, z))
+        if self.tool:
+            off = rotate(self.hand_axes(joints), self.tool.offset_mm)
+            found.append(add(found[-1], off))
         return tuple(found)
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture violates."""
         return _violations(_angles(joints), self.limits)
 
-    def branches(
-        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
-    ) -> tuple[Branch, ...]:
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
         """Return every posture for a pose: base front and back, elbow up and down.
 
-        Normally four. If the tip is on the base axis there are two: the base is then free and taken
-        from the seed, and the pitch counts with the base in front. There are none if upper arm and
-        forearm cannot span the distance. Postures beyond the limits are included and marked. Each
-        angle is of the turn nearest to the seed (the zero posture by default) that the limits
-        allow. With `facing_rad`, the direction in which a hand leans over the base axis, the base
-        is not free there.
+        Normally four. If the finger tips are on the base axis and hold no tool there are two: the
+        base is then free and taken from the seed, and the pitch counts with the base in front.
+        There are none if upper arm and forearm cannot span the distance. Postures beyond the limits
+        are included and marked. Each angle is of the turn nearest to the seed (the zero posture by
+        default) that the limits allow.
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
+        if self._is_too_near(pose):
+            return ()
         near = _seed(seed, self.limits)
-        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        goal, facing_rad = self._fingers(pose, near)
         found = closed_form.inverse(goal, self.lengths, near, facing_rad)
         turned = ((name, _turned(raw, self.limits, near)) for name, raw in found)
         return tuple(
@@ -147,27 +181,22 @@ class FiveAxisArm:
             for name, angles in turned
         )
 
-    def solve(
-        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
-    ) -> Joints | None:
+    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
 
-        Nearest is by the sum of the squares of the joints' changes. On the base axis, where the
-        base is free and no direction is outwards, a pitch and its mirror image are the same
-        elevation of the hand: the mirror image is used if only it can be held. With `facing_rad`
-        the base is not free there: see `branches`.
+        Nearest is by the sum of the squares of the joints' changes. On the base axis, where no
+        direction is outwards, a pitch and its mirror image are the same elevation of the hand: the
+        mirror image is used if only it can be held.
         """
-        x, y, z, pitch, roll = pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
+        if self._is_too_near(pose):
+            return None
         near = _seed(seed, self.limits)
-        found = nearest_branch((x, y, z, pitch, roll), self, near, facing_rad)
-        if found is None and facing_rad is None and math.hypot(x, y) <= AXIS_MM:
-            mirrored = (x, y, z, wrap(math.pi - pitch), wrap(roll + math.pi))
-            found = nearest_branch(mirrored, self, near)
+        found = nearest_branch(*self._fingers(pose, near), self, near)
+        if found is None and _is_over_the_axis(pose):
+            found = nearest_branch(*self._fingers(_mirrored(pose), near), self, near)
         return None if found is None else Joints(found)
 
-    def ik(
-        self, pose: Pose, seed: Joints | None = None, *, facing_rad: float | None = None
-    ) -> Joints:
+    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return what `solve` does: the posture within the limits nearest to the seed.
 
         Raises `Unreachable`, which says which constraint fails, by how much, and which reachable
@@ -177,9 +206,9 @@ class FiveAxisArm:
         """
         require("a pose", pose, Pose, POSE_EXAMPLE)
         refuse_yaw(pose)
-        joints = self.solve(pose, seed, facing_rad=facing_rad)
+        joints = self.solve(pose, seed)
         if joints is None:
-            raise self._refusal(pose, seed, facing_rad)
+            raise self._refusal(pose, seed)
         return joints
 
     # The closed form is fast enough for every small step.
@@ -187,16 +216,30 @@ class FiveAxisArm:
     solve_near = solve
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
-        """Return the reachable pose nearest to this one; see `nearest`."""
-        return nearest(self, pose, seed).pose
+        """Return the reachable pose nearest to this one, with a tool the one of its finger tips."""
+        if not self.tool:
+            return nearest(self, pose, seed).pose
+        if self.solve(pose, seed) is not None:
+            return pose
+        near = _seed(seed, self.limits)
+        goal, facing_rad = self._fingers(pose, near)
+        found = nearest_branch(goal, facing_rad, self, near)  # if only the point is too near
+        return self.fk(nearest(self, Pose(*goal), seed).joints if found is None else Joints(found))
 
     def hand_axes(self, joints: Joints) -> Matrix3:
         """Return the hand's up, side and along as the columns of a matrix in the base frame."""
         return rotation_of(forward_frame(_directions(joints), self.lengths))
 
-    def follower(self, start: Joints) -> FiveAxisFollower:
-        """Return what keeps the branch of a posture along curves of the tip that begin in it."""
+    def follower(self, start: Joints) -> Follower:
+        """Return what keeps the posture along curves of the tip that begin in it.
+
+        Without a tool it is the branch that is kept.
+        """
         origin = self.fk(start)
+        limits = widened_to(self.limits, start)
+        if self.tool:
+            hand = (origin.pitch_rad, origin.roll_rad)
+            return NearFollower(replace(self, limits=limits), hand, LEAP_RAD)
         r, _, _ = plane_tip(start[1], start[2], start[3], self.lengths)
         return FiveAxisFollower(
             self.lengths,
@@ -204,7 +247,7 @@ class FiveAxisArm:
             r < -AXIS_MM,
             _elbow_sign(wrap(start[2]), self.limits[2]),
             start[4] - origin.roll_rad,
-            widened_to(self.limits, start),
+            limits,
         )
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
@@ -213,39 +256,103 @@ class FiveAxisArm:
         Each link turns by the sum of the joints before it. If those turn against one another, as on
         a line along which the hand keeps its pitch, the link travels little.
         """
-        base, shoulder, elbow, wrist, _ = changes_rad
+        base, shoulder, elbow, wrist, roll = changes_rad
         _, upper, fore, hand = self.lengths
+        hand += self.tool.reach_mm
         fore_rad = abs(shoulder + elbow)
         own_mm = upper * abs(shoulder) + fore * fore_rad + hand * abs(shoulder + elbow + wrist)
-        return own_mm + abs(base) * (upper + fore + hand)
+        return own_mm + abs(base) * (upper + fore + hand) + abs(roll) * self.tool.beside_mm
 
     def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
         """Return each joint axis's distance from the tip; without joints, of the stretched arm.
 
-        Rolling does not move the tip.
+        Rolling moves only the point of a tool that is beside the hand's own line.
         """
         if joints is None:
-            forearm = self.hand_mm + self.forearm_mm
-            whole = forearm + self.upper_arm_mm
-            return whole, whole, forearm, self.hand_mm, 0.0
-        _, shoulder, elbow, wrist, tip = self.points(joints)
+            hand = self.hand_mm + self.tool.reach_mm
+            whole = hand + self.forearm_mm + self.upper_arm_mm
+            return whole, whole, hand + self.forearm_mm, hand, self.tool.beside_mm
+        points = self.points(joints)
+        tip, base = points[-1], joints[0]
         return (
             math.hypot(tip[0], tip[1]),
-            math.dist(shoulder, tip),
-            math.dist(elbow, tip),
-            math.dist(wrist, tip),
-            0.0,
+            *(_in_plane_mm(centre, tip, base) for centre in points[1:4]),
+            self.tool.beside_mm,
         )
 
-    def _refusal(self, pose: Pose, seed: Joints | None, facing_rad: float | None) -> Unreachable:
+    def _refusal(self, pose: Pose, seed: Joints | None) -> Unreachable:
         """Return why no posture was found: the violation of the branch that comes closest."""
-        instead = nearest(self, pose, seed).pose
-        branches = self.branches(pose, seed, facing_rad=facing_rad)
+        instead = self.nearest_pose(pose, seed)
+        if self._is_too_near(pose):
+            across, r = abs(self._across(pose.roll_rad)), math.hypot(pose.x_mm, pose.y_mm)
+            reason = (
+                f"the tool is {across:.1f} mm beside the arm's plane, and the point only {r:.1f} "
+                "mm from the base axis"
+            )
+            return Unreachable(
+                reason, Constraint.TOO_NEAR, r, across, "mm", goal=pose, nearest=instead
+            )
+        branches = self.branches(pose, seed)
         if not branches:
-            return span_refusal(pose, self.lengths, instead)
+            fingers, _ = self._fingers(pose, _seed(seed, self.limits))
+            return span_refusal(pose, fingers, self.lengths, instead)
         best = min(branches, key=lambda branch: branch.excess_rad)
         worst = max(best.violations, key=lambda violation: violation.excess)
         return Unreachable.by_limit(worst.joint, worst.value, worst.bound, pose, instead)
+
+    # A tool's point is R outwards in the plane that the base turns, and c beside it. Both follow
+    # from the roll alone, so that the inverse is closed as well: R = sqrt(x^2 + y^2 - c^2), and the
+    # base turns to the direction of the point plus atan2(c, R), also where that puts the finger
+    # tips over the base axis. Pitch and roll stay the hand's; the pitch counts outwards on the side
+    # on which the point is.
+
+    def _across(self, roll: float) -> float:
+        """Return how far the tool's point is beside the arm's plane."""
+        return self.tool.up_mm * math.sin(roll) + self.tool.side_mm * math.cos(roll)
+
+    def _is_too_near(self, pose: Pose) -> bool:
+        """Whether the point is nearer to the base axis than the tool is beside the arm's plane."""
+        across = abs(self._across(pose.roll_rad))
+        return math.hypot(pose.x_mm, pose.y_mm) < across - AXIS_MM
+
+    def _fingers(self, pose: Pose, near: Angles) -> tuple[Angles, float | None]:
+        """Return the goal of the finger tips, and which way the hand leans if a tool needs it.
+
+        If the finger tips are over the base axis, their position does not show the direction, which
+        the tool's point needs. If the point is, any direction is as good, and the seed's base is
+        used. A point that is too near the axis is taken outwards to where it can be.
+        """
+        x, y, z, pitch, roll = *pose.position_mm, pose.pitch_rad, pose.roll_rad
+        if not self.tool:
+            return (x, y, z, pitch, roll), None
+        across = self._across(roll)
+        upwards = self.tool.up_mm * math.cos(roll) - self.tool.side_mm * math.sin(roll)
+        out = math.sqrt(max(x**2 + y**2 - across**2, 0.0))
+        towards = near[0] if _is_over_the_axis(pose) else math.atan2(y, x)
+        base = towards + math.atan2(across, out)
+        out -= self.tool.along_mm * math.cos(pitch) - upwards * math.sin(pitch)
+        z -= self.tool.along_mm * math.sin(pitch) + upwards * math.cos(pitch)
+        if out < 0.0:  # the finger tips are behind the axis though the point is not
+            mirrored = _mirrored(pose)
+            pitch, roll, out, base = mirrored.pitch_rad, mirrored.roll_rad, -out, base + math.pi
+        return (out * math.cos(base), out * math.sin(base), z, pitch, roll), base
+
+
+def _is_over_the_axis(pose: Pose) -> bool:
+    """Whether the point is on the base axis, from which no direction leads to it."""
+    return math.hypot(pose.x_mm, pose.y_mm) <= AXIS_MM
+
+
+def _mirrored(pose: Pose) -> Pose:
+    """Return the hand of a pose as it counts seen outwards in the opposite direction."""
+    pitch, roll = wrap(math.pi - pose.pitch_rad), wrap(pose.roll_rad + math.pi)
+    return replace(pose, pitch_rad=pitch, roll_rad=roll)
+
+
+def _in_plane_mm(centre: Point, point: Point, base: float) -> float:
+    """Return the distance of a point from an axis through `centre`, normal to the arm's plane."""
+    out = (point[0] - centre[0]) * math.cos(base) + (point[1] - centre[1]) * math.sin(base)
+    return math.hypot(out, point[2] - centre[2])
 
 
 def _angles(joints: Joints) -> Angles:

@@ -149,7 +149,7 @@ def inverse(
 
 
 def nearest_branch(
-    goal: Angles, arm: Dimensions, near: Angles, facing: float | None = None
+    goal: Angles, facing: float | None, arm: Dimensions, near: Angles
 ) -> Angles | None:
     """Return the branch within limits with the least sum of squared changes from `near`, or None.
 

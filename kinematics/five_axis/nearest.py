@@ -245,11 +245,14 @@ def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> 
 # Why a pose cannot be reached, by how much, and the alternative.
 
 
-def span_refusal(pose: Pose, lengths: Lengths, instead: Pose) -> Unreachable:
-    """Return the error for a wrist that upper arm and forearm cannot span."""
+def span_refusal(pose: Pose, fingers: Angles, lengths: Lengths, instead: Pose) -> Unreachable:
+    """Return the error for a wrist that upper arm and forearm cannot span.
+
+    `fingers` are x, y, z, pitch and roll of the finger tips, which hold the tool.
+    """
     _, upper, fore, _ = lengths
-    r = math.hypot(pose.x_mm, pose.y_mm)
-    distance = wrist_distance(r, pose.z_mm, pose.pitch_rad, lengths)
+    x, y, z, pitch, _ = fingers
+    distance = wrist_distance(math.hypot(x, y), z, pitch, lengths)
     longest = upper + fore
     too_far = distance > longest
     bound = longest if too_far else abs(upper - fore)

@@ -86,7 +86,7 @@ def _reach(
 
     def holds(x: float, z: float) -> bool:
         goal = (x * cosine, x * sine, z, pitch_rad, 0.0)
-        return nearest_branch(goal, any_roll, near) is not None
+        return nearest_branch(goal, None, any_roll, near) is not None
 
     return holds
 

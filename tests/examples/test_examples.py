@@ -21,7 +21,6 @@ from armdrive.cli.chosen_arm import world_file
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.world.table import TableBlock
-from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.geometry import Tool
 
 from . import worlds
@@ -175,7 +174,7 @@ def test_a_pen_that_the_arm_file_knows_of_draws_the_same_circle():
     config = config_with_tool(Tool(along_mm=40.0, up_mm=6.0))
     example = EXAMPLES["circle.py"]
     ran = run_example(example, example.whole, config)
-    assert isinstance(ran.watch.world.body.arm, ToolArm)
+    assert ran.watch.world.body.arm.tool
     assert worlds.incidents(ran) == []
     assert example.wrong(ran, example.whole.size) == []
 

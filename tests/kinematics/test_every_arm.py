@@ -22,7 +22,6 @@ from kinematics_cases import (
 )
 
 from kinematics import Joints, PathBroken, Pose, Unreachable, line_path
-from kinematics.five_axis.tool_arm import holding
 from kinematics.frames.rotations import multiply, transpose
 from kinematics.geometry import Tool
 from kinematics.paths.curves import LEAP_RAD
@@ -31,7 +30,7 @@ ARMS = {
     "teachmover": TEACHMOVER,
     "uneven": UNEVEN,
     "half turns": HALF_TURNS,
-    "offset tool": holding(TEACHMOVER, Tool(along_mm=60.0, up_mm=12.0, side_mm=-7.0)),
+    "offset tool": TEACHMOVER.with_tool(Tool(along_mm=60.0, up_mm=12.0, side_mm=-7.0)),
     "link table": MINI,
     "as measured, by numbers": MEASURED,
     "off its plane": OFF_PLANE,

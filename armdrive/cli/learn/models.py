@@ -84,8 +84,7 @@ def _model_of_arm(config: ArmConfig, path: Path) -> Model:
     arm, bare = config.model.arm, config.bare.arm
     source, unused = f"arm file {path.name}", config.model.unused
     if isinstance(bare, FiveAxisArm):
-        chain, tool = with_arm(MINI_MOVER, bare).chain(), config.tool
-        point = translation(tool.up_mm, tool.side_mm, tool.along_mm)
+        chain, point = with_arm(MINI_MOVER, bare).chain(), translation(*config.tool.offset_mm)
         held = replace(chain, tool=compose(chain.tool, point), name=config.name)
         return Model(config.name, config.title, source, held, angles=MINI_MOVER.notes.angles)
     if not isinstance(arm, ChainArm):

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
 from kinematics.five_axis import FiveAxisArm
-from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.geometry import ArmGeometry
 from kinematics.limits import JointRange
 from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
@@ -234,7 +233,7 @@ def found_posture(arm: ArmGeometry) -> Joints:
     above the table there, otherwise the first random posture from the middle half of the ranges
     that is clear of the table, otherwise the highest of those tried.
     """
-    if isinstance(arm, FiveAxisArm | ToolArm):
+    if isinstance(arm, FiveAxisArm):
         return FOUND_POSTURE
     draw = random.Random(1)  # noqa: S311 - any posture will do
     best, height_mm = _between(arm, [0.5] * len(arm.limits)), float("-inf")

@@ -30,7 +30,6 @@ from kinematics import (
     Unreachable,
 )
 from kinematics.five_axis.nearest import nearest
-from kinematics.five_axis.tool_arm import ToolArm, holding
 from kinematics.frames.vectors import cross
 from kinematics.geometry import AXIS_MM, Tool
 from kinematics.presets import PRESETS
@@ -276,14 +275,14 @@ def test_what_a_posture_holds_is_met_and_what_is_offered_holds(arm, kind):
 
 def test_up_is_up_and_side_is_to_the_right_of_a_level_hand() -> None:
     level = BARE.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=0))
-    pose = ToolArm(BARE, Tool(along_mm=5, up_mm=20, side_mm=30)).fk(level)
+    pose = BARE.with_tool(Tool(along_mm=5, up_mm=20, side_mm=30)).fk(level)
     assert pose.position_mm == pytest.approx((255.0, -30.0, 170.0))
     up, side, along = zip(*BARE.hand_axes(level), strict=True)
     assert cross(up, side) == pytest.approx(along)
 
 
 def test_a_point_nearer_to_the_axis_than_the_tool_is_refused_with_one_in_reach() -> None:
-    arm, seed = ToolArm(BARE, Tool(side_mm=50)), Joints.of(70, 120, -60, -60, 0)
+    arm, seed = BARE.with_tool(Tool(side_mm=50)), Joints.of(70, 120, -60, -60, 0)
     for z_mm, near in ((300, None), (470, Pose.of(x_mm=0, y_mm=-50, z_mm=470, pitch_deg=0))):
         with pytest.raises(Unreachable, match="beside the arm's plane") as refusal:
             arm.ik(Pose.of(x_mm=0, y_mm=-20, z_mm=z_mm, pitch_deg=0), seed)
@@ -297,7 +296,7 @@ def test_a_point_nearer_to_the_axis_than_the_tool_is_refused_with_one_in_reach()
 def test_fingers_over_the_base_axis_turn_the_base_to_where_the_tool_has_to_be(
     seed_deg: float, turned_deg: float
 ) -> None:
-    arm, seed = ToolArm(BARE, Tool(along_mm=50)), Joints.of(seed_deg, 120, -60, -60, 0)
+    arm, seed = BARE.with_tool(Tool(along_mm=50)), Joints.of(seed_deg, 120, -60, -60, 0)
     x, y = (50 * turn(math.radians(turned_deg)) for turn in (math.cos, math.sin))
     pose = Pose.of(x_mm=x, y_mm=y, z_mm=470, pitch_deg=0)
     for found in (arm.ik(pose, seed), *(one.joints for one in arm.branches(pose, seed))):
@@ -310,16 +309,14 @@ def test_fingers_over_the_base_axis_turn_the_base_to_where_the_tool_has_to_be(
 def test_a_point_over_the_base_axis_leaves_the_base_where_it_is(
     base_deg: float, pitch_deg: float, z_mm: float
 ) -> None:
-    arm, seed = ToolArm(BARE, Tool(along_mm=50)), Joints.of(base_deg, 90, -40, 40, 0)
+    arm, seed = BARE.with_tool(Tool(along_mm=50)), Joints.of(base_deg, 90, -40, 40, 0)
     pose = Pose.of(x_mm=0, y_mm=0, z_mm=z_mm, pitch_deg=pitch_deg)
     found = arm.ik(pose, seed)
     assert found.deg["base"] == pytest.approx(base_deg)
     assert math.dist(arm.points(found)[-1], pose.position_mm) < 1e-6
 
 
-def test_a_tool_is_not_held_twice_and_not_a_kilometre_long() -> None:
-    with pytest.raises(KinematicsError, match="already holds"):
-        holding(ToolArm(BARE, Tool(1.0)), Tool(1.0))
+def test_a_tool_is_taken_in_the_place_of_another_and_is_no_kilometre_long() -> None:
+    assert BARE.with_tool(Tool(1.0)).with_tool(Tool(2.0)) == BARE.with_tool(Tool(2.0))
     with pytest.raises(KinematicsError, match="within 1000 mm"):
         Tool(along_mm=1e6)
-    assert isinstance(BARE, FiveAxisArm)
