@@ -24,10 +24,8 @@ from armdrive.programs.language import words as language
 from armdrive.programs.shell import OWN_WORDS
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
-from armdrive.sim.cia402.quirks import ALWAYS as CIA402_ALWAYS
 from armdrive.sim.cia402.quirks import Cia402Quirks
 from armdrive.sim.device import settings_of
-from armdrive.sim.mks.quirks import ALWAYS as MKS_ALWAYS
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.status import Evidence
 from armdrive.text.toml import rule_of
@@ -75,18 +73,15 @@ def _settings(kind: type) -> Iterator[str]:
     return _table(("setting", "default", "meaning"), rows)
 
 
-def _quirks(kind: type, always: Iterable[tuple[str, str, str]]) -> Iterator[str]:
-    rows = [(name, "always", does, source) for name, does, source in always]
-    fields = reversed(settings_of(kind).items())
-    for name, default, rule in ((name, each.default, rule_of(each)) for name, each in fields):
+def _quirks(kind: type) -> Iterator[str]:
+    rows = []
+    for name, each in settings_of(kind).items():
+        rule = rule_of(each)
         if rule.source:
             words = f" ({', '.join(rule.words)})" if rule.words else ""
-            rows.insert(0, (name, _plain(default), rule.help + words, rule.source))
-    marked = (
-        (f"`{name}`", *cells, re.sub("^guess:", "**guess**:", source))
-        for name, *cells, source in rows
-    )
-    return _table(("quirk", "default", "what drives do", "source"), marked)
+            source = re.sub("^guess:", "**guess**:", rule.source)
+            rows.append((f"`{name}`", _plain(each.default), rule.help + words, source))
+    return _table(("quirk", "default", "what drives do", "source"), rows)
 
 
 def _plain(value: object) -> str:
@@ -206,9 +201,9 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
         "torque": _torque,
         "arm file": _arm_file,
         "mks settings": lambda: _settings(MksQuirks),
-        "mks quirks": lambda: _quirks(MksQuirks, MKS_ALWAYS),
+        "mks quirks": lambda: _quirks(MksQuirks),
         "drive settings": lambda: _settings(Cia402Quirks),
-        "drive quirks": lambda: _quirks(Cia402Quirks, CIA402_ALWAYS),
+        "drive quirks": lambda: _quirks(Cia402Quirks),
         "kinds": lambda: _table(
             ("kind", "meaning"), ((f"`{kind.value}`", kind.meaning) for kind in EntryKind)
         ),

@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast
@@ -35,15 +35,10 @@ from armdrive.sim.wire import (
     Amount,
     DeviceLine,
     MemoryLink,
-    Next,
-    Nth,
     Rule,
-    Share,
     WireDirection,
     changed,
-    late,
     lost,
-    overtaken,
     repeated,
 )
 from armdrive.sim.world import World
@@ -151,25 +146,6 @@ class Cable:
 
 
 @dataclass(frozen=True, slots=True)
-class FaultBench:
-    """Everything that a fault can affect."""
-
-    device: SimDevice
-    line: DeviceLine
-    cable: Cable
-
-    @property
-    def board(self) -> Any:
-        """The board; it has the ability that the fault's row of the table needs."""
-        return self.device.board
-
-    @property
-    def bus(self) -> BusLine:
-        """The line, if the board is a `DrivesBoard`."""
-        return cast(BusLine, self.line)
-
-
-@dataclass(frozen=True, slots=True)
 class Lasting:
     """A fault that has begun: how it ends, and whether it still has an effect."""
 
@@ -177,7 +153,8 @@ class Lasting:
     alive: Callable[[], bool] = lambda: True
 
 
-# Makes a fault happen, by its request and its arguments; returns None if it is over at once.
+# Makes a fault happen, by the `Faults` of a device, the request and its arguments; returns None
+# if it is over at once.
 BeginFault: TypeAlias = Callable[..., Lasting | None]
 
 
@@ -294,19 +271,22 @@ def _code(word: str) -> int:
     return int(word, 16)
 
 
-def _amount(word: str) -> Callable[[random.Random], Amount]:
-    """Return a function that makes the amount for a direction of the wire."""
+# Makes the amount of a fault for one direction of the wire.
+MakeAmount: TypeAlias = Callable[[random.Random], Amount]
+
+
+def _amount(word: str) -> MakeAmount:
     if word == "next":
-        return lambda _: Next()
+        return Amount
     if word.startswith("#"):
         count = whole(word[1:])
         if count < 1:
             raise BadRequest("bytes are counted from #1")
-        return lambda _: Nth(count)
+        return partial(Amount, nth=count)
     share = number(word)
     if not 0.0 <= share <= 1.0:
         raise BadRequest(f"a probability is from 0 to 1, not {word}; the n-th byte is #n")
-    return lambda draw: Share(share, draw)
+    return partial(Amount, share=share)
 
 
 ARGUMENTS: Mapping[str, Callable[[World, str], Any]] = MappingProxyType(
@@ -331,44 +311,47 @@ ARGUMENTS: Mapping[str, Callable[[World, str], Any]] = MappingProxyType(
 BROWN_OUT_S = 0.5  # how long the power fails
 
 
-def brown_out(bench: FaultBench, _: FaultRequest) -> Lasting:
+def brown_out(on: Faults, _: FaultRequest) -> Lasting:
     """Cut the power for a while; only the fault that has cut the power brings it back."""
-    was_on = bench.device.powered
-    bench.device.set_power(False)
+    was_on = on.device.powered
+    on.device.set_power(False)
     # a device that was off stays off; another brown-out may have switched it on in the meantime
-    return Lasting(lambda: bench.device.set_power(True) if was_on else None)
+    return Lasting(lambda: on.device.set_power(True) if was_on else None)
 
 
-def reset(bench: FaultBench, _: FaultRequest) -> None:
+def reset(on: Faults, _: FaultRequest) -> None:
     """Reset the board with its power on."""
-    bench.board.reset()
+    on.board.reset()
 
 
-def lose_steps(bench: FaultBench, _: FaultRequest, motor: int, count: int) -> Lasting:
+def lose_steps(on: Faults, _: FaultRequest, motor: int, count: int) -> Lasting:
     """Make a motor lose steps."""
-    world = bench.device.world
+    world = on.device.world
     world.lose(motor, count)
     return Lasting(lambda: world.to_lose.pop(motor, None), lambda: world.to_lose.get(motor, 0) > 0)
 
 
-def stall(bench: FaultBench, _: FaultRequest, motor: int) -> Lasting:
+def stall(on: Faults, _: FaultRequest, motor: int) -> Lasting:
     """Make a motor stop following."""
-    stalled = bench.device.world.stalled
+    stalled = on.device.world.stalled
     stalled.add(motor)
     return Lasting(lambda: stalled.discard(motor), lambda: motor in stalled)
 
 
-def switch(bench: FaultBench, _: FaultRequest, axis: int, state: SwitchState) -> Lasting | None:
+def switch(on: Faults, _: FaultRequest, axis: int, state: SwitchState) -> Lasting | None:
     """Make a limit switch stick, or free it."""
-    bench.board.set_switch(axis, state)
+    on.board.set_switch(axis, state)
     if state is SwitchState.FREE:
         return None
-    return Lasting(lambda: bench.board.set_switch(axis, SwitchState.FREE))
+    return Lasting(lambda: on.board.set_switch(axis, SwitchState.FREE))
 
 
 # --- The wire: bytes lost, changed, repeated, late or made up; the cable pulled ------------------
 
 MakeRule: TypeAlias = Callable[[FaultRequest, Amount], Rule]
+# How late a frame is that others overtake: longer than a burst of frames lasts on a bus.
+OVERTAKEN_S = 0.005
+_ALL = partial(Amount, share=1.0)
 
 
 def draw(request: FaultRequest, salt: int = 0) -> random.Random:
@@ -376,15 +359,14 @@ def draw(request: FaultRequest, salt: int = 0) -> random.Random:
     return random.Random(f"{request.name} {request.seed} {salt}")  # noqa: S311 - to be repeatable
 
 
-def _lanes(bench: FaultBench, side: str) -> list[WireDirection]:
-    lanes = {"host": bench.line.faults.host, "device": bench.line.faults.device}
-    return [lane for name, lane in lanes.items() if side in (name, "both")]
-
-
-def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Lasting:
-    """Put rules in force until they are used up, or the fault is ended."""
-    for lane, rule in rules:
-        lane.rules.append(rule)
+def ruling(make: MakeRule, on: Faults, request: FaultRequest, amount: MakeAmount) -> Lasting:
+    """Apply a rule to the directions concerned, until it is used up or the fault is ended."""
+    lanes = {"host": on.line.faults.host, "device": on.line.faults.device}
+    rules: list[tuple[WireDirection, Rule]] = []
+    for salt, (name, lane) in enumerate(lanes.items()):
+        if request.side in (name, "both"):
+            rules.append((lane, make(request, amount(draw(request, salt)))))
+            lane.rules.append(rules[-1][1])
 
     def end() -> None:
         for lane, rule in rules:
@@ -393,53 +375,45 @@ def _in_force(rules: list[tuple[WireDirection, Rule]]) -> Lasting:
     return Lasting(end, lambda: any(rule in lane.rules for lane, rule in rules))
 
 
-def ruling(make: MakeRule, bench: FaultBench, request: FaultRequest, amount: Any) -> Lasting:
-    """Apply a rule to the directions concerned."""
-    lanes = enumerate(_lanes(bench, request.side))
-    return _in_force([(lane, make(request, amount(draw(request, at)))) for at, lane in lanes])
-
-
-def delay(bench: FaultBench, request: FaultRequest, seconds: float, amount: Any = None) -> Lasting:
+def delay(on: Faults, request: FaultRequest, seconds: float, amount: Any = _ALL) -> Lasting:
     """Delay messages: all of them, unless an amount is given."""
-    every = amount or _amount("1")
-    return ruling(lambda _, amount: Rule(late(seconds), amount), bench, request, every)
+    return ruling(lambda _, amount: Rule(amount, late_s=seconds), on, request, amount)
 
 
-def mute(bench: FaultBench, _: FaultRequest, side: str = "device") -> Lasting:
+def mute(on: Faults, request: FaultRequest, side: str = "device") -> Lasting:
     """Block everything sent by one side, or by both."""
-    every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
-    return _in_force([(lane, Rule(lost, every)) for lane in _lanes(bench, side)])
+    return ruling(lambda _, amount: Rule(amount, lost), on, replace(request, side=side), _ALL)
 
 
-def garbage(bench: FaultBench, request: FaultRequest, count: int = NOISE_BYTES) -> None:
+def garbage(on: Faults, request: FaultRequest, count: int = NOISE_BYTES) -> None:
     """Make noise come from the device's end of the wire."""
-    bench.line.say(draw(request).randbytes(count), bench.device.now_s)
+    on.line.say(draw(request).randbytes(count), on.device.now_s)
 
 
-def unplug(bench: FaultBench, _: FaultRequest) -> Lasting:
+def unplug(on: Faults, _: FaultRequest) -> Lasting:
     """Pull the cable."""
-    bench.cable.unplug()
-    return Lasting(bench.cable.replug, lambda: not bench.cable.plugged)
+    on.cable.unplug()
+    return Lasting(on.cable.replug, lambda: not on.cable.plugged)
 
 
-def replug(bench: FaultBench, _: FaultRequest, *words: str) -> None:
+def replug(on: Faults, _: FaultRequest, *words: str) -> None:
     """Plug the cable in again, possibly under another name."""
-    bench.cable.replug(next((word for word in words if word != "as"), None))
+    on.cable.replug(next((word for word in words if word != "as"), None))
 
 
 # --- A CAN bus and its drives: frames overtaken, drives mute or reset -----------------------------
 
 
-def bus_off(bench: FaultBench, _: FaultRequest) -> Lasting:
+def bus_off(on: Faults, _: FaultRequest) -> Lasting:
     """Make the host's adapter go bus-off."""
-    line = bench.bus
+    line = on.bus
     line.leave_bus()
     return Lasting(lambda: line.leave_bus(off=False), lambda: line.adapter.bus_off)
 
 
-def alone(bench: FaultBench, request: FaultRequest) -> Lasting:
+def alone(on: Faults, request: FaultRequest) -> Lasting:
     """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
-    adapter, silence = bench.bus.adapter, mute(bench, request, "both")
+    adapter, silence = on.bus.adapter, mute(on, request, "both")
 
     def end() -> None:
         adapter.alone = False
@@ -454,21 +428,21 @@ ChangeDrive: TypeAlias = Callable[[DrivesBoard[Any], int, Any], Any]
 
 
 def changing(
-    change: ChangeDrive, bench: FaultBench, _: FaultRequest, at: int, value: Any = True
+    change: ChangeDrive, on: Faults, _: FaultRequest, at: int, value: Any = True
 ) -> Lasting:
     """Change a drive, and undo the change at the end."""
-    before = change(bench.board, at, value)
-    return Lasting(lambda: change(bench.board, at, before))
+    before = change(on.board, at, value)
+    return Lasting(lambda: change(on.board, at, before))
 
 
-def _set_mute(board: DrivesBoard[Any], at: int, on: bool) -> bool:
-    board.node(at).port.mute = on
-    return False
+def _in_port(name: str) -> ChangeDrive:
+    """Return a change of one of the switches in a drive's port."""
 
+    def change(board: DrivesBoard[Any], at: int, on: bool) -> bool:
+        setattr(board.node(at).port, name, on)
+        return False
 
-def _withhold_done(board: DrivesBoard[Any], at: int, on: bool) -> bool:
-    board.node(at).port.withheld = on
-    return False
+    return change
 
 
 def _cut_supply(board: DrivesBoard[Any], at: int, on: bool) -> bool:
@@ -476,20 +450,20 @@ def _cut_supply(board: DrivesBoard[Any], at: int, on: bool) -> bool:
     return False
 
 
-def reset_drive(bench: FaultBench, _: FaultRequest, at: int) -> None:
+def reset_drive(on: Faults, _: FaultRequest, at: int) -> None:
     """Restart a drive's firmware."""
-    bench.board.reset_drive(at)
+    on.board.reset_drive(at)
 
 
-def ailing_drive(bench: FaultBench, _: FaultRequest, at: int, code: int) -> Lasting:
+def ailing_drive(on: Faults, _: FaultRequest, at: int, code: int) -> Lasting:
     """Give a drive a fault of its own for a while; afterwards it must be reset."""
-    bench.board.put_in_fault(at, code)
-    return Lasting(lambda: bench.board.fix(at, code))
+    on.board.put_in_fault(at, code)
+    return Lasting(lambda: on.board.fix(at, code))
 
 
-def warning_drive(bench: FaultBench, _: FaultRequest, at: int, code: int) -> None:
+def warning_drive(on: Faults, _: FaultRequest, at: int, code: int) -> None:
     """Make a drive send an EMCY message and carry on."""
-    bench.board.warn(at, code)
+    on.board.warn(at, code)
 
 
 # --- The table: name, arguments, what goes wrong -------------------------------------------------
@@ -506,11 +480,11 @@ def _drive(name: str, arguments: str, summary: str, change: ChangeDrive) -> Faul
 
 
 _KINDS = (
-    _wire("drop", "bytes, or frames of a bus, are lost", lambda _, amount: Rule(lost, amount)),
+    _wire("drop", "bytes, or frames of a bus, are lost", lambda _, amount: Rule(amount, lost)),
     _wire("corrupt", "bytes have a bit flipped; such a frame is lost",
-          lambda request, amount: Rule(changed(draw(request, 2)), amount)),
+          lambda request, amount: Rule(amount, changed(draw(request, 2)))),
     _wire("duplicate", "bytes, or frames of a bus, arrive twice",
-          lambda _, amount: Rule(repeated, amount)),
+          lambda _, amount: Rule(amount, repeated)),
     FaultKind("delay", f"SECONDS [{AMOUNT}]", "messages are late", delay),
     FaultKind("mute", "", "the device sends nothing", mute),
     FaultKind("garbage", "[COUNT]", "the device sends noise (8 bytes, or COUNT)", garbage),
@@ -522,18 +496,19 @@ _KINDS = (
     FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps),
     FaultKind("stall", "MOTOR", "a motor no longer follows", stall),
     FaultKind("switch", "MOTOR open|closed|free", "a limit switch sticks", switch, HasSwitches),
-    _wire("overtake", "frames arrive after the next one", lambda _, amount: overtaken(amount),
-          DrivesBoard),
+    _wire("overtake", "frames are overtaken by later ones",
+          lambda _, amount: Rule(amount, late_s=OVERTAKEN_S, overtaken=True), DrivesBoard),
     FaultKind("bus-off", "", "the host's adapter goes bus-off", bus_off, DrivesBoard),
     FaultKind("alone", "", "no node acknowledges the adapter's frames", alone, DrivesBoard),
-    _drive("drive-mute", "MOTOR", "a drive sends nothing but obeys", _set_mute),
+    _drive("drive-mute", "MOTOR", "a drive sends nothing but obeys", _in_port("mute")),
     _drive("drive-dead", "MOTOR", "a drive has no supply", _cut_supply),
     FaultKind("drive-reset", "MOTOR", "a drive restarts", reset_drive, DrivesBoard),
     _drive("drive-mode", "MOTOR MODE", "a drive is in another mode",
            lambda board, at, mode: board.node(at).set_mode(mode, board.now_s)),
     _drive("drive-id", "MOTOR ID", "a drive has another id",
            lambda board, at, number: board.node(at).set_id(number, board.now_s)),
-    _drive("no-done", "MOTOR", "a drive does not report the end of a motion", _withhold_done),
+    _drive("no-done", "MOTOR", "a drive does not report the end of a motion",
+           _in_port("withheld")),
     FaultKind("drive-fault", "MOTOR CODE", "a drive fails with an error code, such as 4310",
               ailing_drive, SaysEmergencies),
     FaultKind("drive-emcy", "MOTOR CODE", "a drive sends an EMCY and carries on", warning_drive,
@@ -555,6 +530,20 @@ FAULT_NOTE = (
 def faults_of(board: type[Board]) -> tuple[FaultKind, ...]:
     """Return the faults that a device with this kind of board can have."""
     return tuple(kind for kind in FAULTS.values() if kind.befalls(board))
+
+
+def arguments_of(request: FaultRequest, device: SimDevice) -> tuple[Any, ...]:
+    """Return the arguments of a fault. Raises `BadRequest` if the device cannot have it."""
+    kind = FAULTS.get(request.name)
+    if kind is None:
+        names = [each.name for each in faults_of(type(device.board))]
+        hint = did_you_mean(request.name, names, f"there are {', '.join(names)}")
+        raise BadRequest(f"there is no fault {request.name!r}; {hint}")
+    require_ability(device.board, kind.needs)
+    check_count(kind.usage, request.words)
+    names = [name.strip("[]") for name in kind.arguments.split()]
+    pairs = zip(names, request.words, strict=False)
+    return tuple(ARGUMENTS[name](device.world, word) for name, word in pairs)
 
 
 # --- The faults that are under way on one simulated arm, begun and ended on its clock ------------
@@ -579,10 +568,20 @@ class Faults:
     """The faults of one device. Call it from the thread that owns the device, or under its lock."""
 
     def __init__(self, device: SimDevice, line: DeviceLine, cable: Cable) -> None:
-        self._bench = FaultBench(device, line, cable)
+        self.device, self.line, self.cable = device, line, cable
         self._active: list[_Active] = []
         self.troubles: list[str] = []
         """Why faults could not begin or end when their time came. A reader removes the reasons."""
+
+    @property
+    def board(self) -> Any:
+        """The board; it has the ability that the fault's row of the table needs."""
+        return self.device.board
+
+    @property
+    def bus(self) -> BusLine:
+        """The line, if the board is a `DrivesBoard`."""
+        return cast(BusLine, self.line)
 
     @property
     def active(self) -> tuple[str, ...]:
@@ -607,24 +606,11 @@ class Faults:
 
     def ask(self, request: FaultRequest) -> None:
         """Add a fault parsed from words. Raises `BadRequest` at once if it is invalid."""
-        arguments = self.checked(request)
+        arguments = arguments_of(request, self.device)
         if request.after_s:
             self._later(request.after_s, lambda: self._begin(request, arguments))
         else:
             self._begin(request, arguments)
-
-    def checked(self, request: FaultRequest) -> tuple[Any, ...]:
-        """Return the arguments of a fault, or raise `BadRequest`. Nothing happens yet."""
-        kind, device = FAULTS.get(request.name), self._bench.device
-        if kind is None:
-            names = [each.name for each in faults_of(type(device.board))]
-            hint = did_you_mean(request.name, names, f"there are {', '.join(names)}")
-            raise BadRequest(f"there is no fault {request.name!r}; {hint}")
-        require_ability(device.board, kind.needs)
-        check_count(kind.usage, request.words)
-        names = [name.strip("[]") for name in kind.arguments.split()]
-        pairs = zip(names, request.words, strict=False)
-        return tuple(ARGUMENTS[name](device.world, word) for name, word in pairs)
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
         """End all faults, or those of a name; return those that were in effect."""
@@ -638,7 +624,7 @@ class Faults:
         for each in [*self._active] if kind.of_motor else ():
             if each.request.name == request.name and each.arguments[0] == arguments[0]:
                 self._end(each)
-        lasting = kind.begin(self._bench, request, *arguments)
+        lasting = kind.begin(self, request, *arguments)
         if lasting is None:
             return
         active = _Active(request, arguments, lasting)
@@ -656,24 +642,10 @@ class Faults:
             except ArmError as error:
                 self.troubles.append(str(error))
 
-        self._bench.device.at(self._bench.device.now_s + in_s, act)
+        self.device.at(self.device.now_s + in_s, act)
 
     def _end(self, active: _Active) -> None:
         if active in self._active:
             self._active.remove(active)
             if active.lasting.alive():
                 active.lasting.end()
-
-
-def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
-    """Raise `BadRequest` for a fault that this device cannot have.
-
-    Nothing happens to the device.
-    """
-    link = MemoryLink(device.line(), "simulated arm")
-    try:
-        faults = Faults(device, link.line, link_cable(link))
-        for request in requests:
-            faults.checked(request)
-    finally:
-        link.close()

@@ -11,9 +11,8 @@ import itertools
 import math
 import random
 import re
-from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
@@ -104,72 +103,45 @@ class PacedWire:
 M = TypeVar("M", bytes, tuple[Frame, ...])
 
 
-class Amount(ABC):
-    """Decides which messages, and which of their bytes or frames, a fault affects."""
+class Amount:
+    """Which bytes of the messages a fault affects, as indices of the next message.
 
-    spent = False
+    Each byte with the probability `share`; or the byte number `nth` from now, counted from 1; or
+    without both of them the whole next message. The last two are then `spent`.
+    """
 
-    @abstractmethod
-    def strike(self, length: int) -> tuple[int, ...]:
-        """Return the indices of the affected bytes of the next message."""
+    def __init__(self, draw: random.Random, *, share: float | None = None, nth: int = 0) -> None:
+        self._draw, self._share, self._nth = draw, share, nth
+        self.spent = False
 
-    def strikes(self, length: int) -> bool:
-        """Return whether the next message is affected, for faults that act on whole messages."""
-        return bool(self.strike(length))
-
-
-class Share(Amount):
-    """Affects each byte (or message) with a given probability."""
-
-    def __init__(self, share: float, draw: random.Random) -> None:
-        self._share = share
-        self._draw = draw
-
-    def strike(self, length: int) -> tuple[int, ...]:
-        """Draw for each byte."""
-        return tuple(index for index in range(length) if self._draw.random() < self._share)
-
-    def strikes(self, length: int) -> bool:  # noqa: ARG002 - one draw, however long it is
-        """Draw once for the message."""
-        return self._draw.random() < self._share
+    def strike(self, length: int) -> Sequence[int]:
+        """Return the indices of the affected bytes of a message."""
+        if self._share is not None:
+            return [index for index in range(length) if self._draw.random() < self._share]
+        if not self._nth:
+            self.spent = True
+            return range(length)
+        last = self._nth
+        self._nth = max(last - length, 0)
+        self.spent = last <= length
+        return (last - 1,) if self.spent else ()
 
 
-class Nth(Amount):
-    """Affects a single byte: the n-th from now, counted from 1."""
-
-    def __init__(self, number: int) -> None:
-        self._left = number
-
-    def strike(self, length: int) -> tuple[int, ...]:
-        """Count the bytes of the message."""
-        self._left -= length
-        if self.spent or self._left > 0:
-            return ()
-        self.spent = True
-        return (self._left + length - 1,)
-
-
-class Next(Amount):
-    """Affects the whole of the next message."""
-
-    def strike(self, length: int) -> tuple[int, ...]:
-        """Affect all of the message, once."""
-        if self.spent:
-            return ()
-        self.spent = True
-        return tuple(range(length))
-
-
-# Turns a message into the part that passes, and a delay in seconds.
-Effect: TypeAlias = Callable[[Any, Amount], tuple[Any, float]]
+# Turns a message with affected bytes into what passes of it.
+Effect: TypeAlias = Callable[[Any, Sequence[int]], Any]
 
 
 @dataclass(slots=True, eq=False)
 class Rule:
-    """One fault in one direction, until its amount is used up."""
+    """One fault in one direction, until its amount is used up.
 
-    effect: Effect
+    A message that it affects is `late_s` late. Later ones wait for it, unless they may overtake it.
+    """
+
     amount: Amount
+    effect: Effect | None = None
+    late_s: float = 0.0
+    overtaken: bool = False
 
 
 T = TypeVar("T")
@@ -207,23 +179,25 @@ class TimeQueue(Generic[T]):
 
 
 class WireDirection:
-    """One direction of the wire, with its faults. Delayed messages keep their order."""
+    """One direction of the wire, with its faults."""
 
     def __init__(self) -> None:
         self.rules: list[Rule] = []
         self.until_s = -math.inf
-        """When the last delayed message passes; none overtakes it."""
+        """When the last delayed message passes for which later ones wait."""
 
     def passed(self, message: M, now_s: float) -> tuple[M, float]:
         """Return the part of a message that passes, and when."""
-        late_s = 0.0
+        time_s, waits = now_s, True
         for rule in self.rules:
-            message, more_s = rule.effect(message, rule.amount)
-            late_s += more_s
+            if struck := rule.amount.strike(len(message)):
+                message = message if rule.effect is None else rule.effect(message, struck)
+                time_s += rule.late_s
+                waits = waits and not rule.overtaken
         self.rules = [rule for rule in self.rules if not rule.amount.spent]
-        time_s = max(now_s + late_s, self.until_s)
-        if time_s > now_s:
-            self.until_s = time_s
+        if waits:
+            time_s = max(time_s, self.until_s)
+            self.until_s = time_s if time_s > now_s else self.until_s
         return message, time_s
 
 
@@ -241,20 +215,17 @@ class WireFaults:
         self.host.until_s = self.device.until_s = -math.inf
 
 
-def lost(message: M, amount: Amount) -> tuple[M, float]:
+def lost(message: M, struck: Sequence[int]) -> M:
     """Drop the affected bytes or frames."""
-    return _each(message, amount.strike(len(message)), 0), 0.0
+    return _each(message, struck, 0)
 
 
-def repeated(message: M, amount: Amount) -> tuple[M, float]:
+def repeated(message: M, struck: Sequence[int]) -> M:
     """Send each affected byte or frame twice, and a wholly affected message twice in a row."""
-    struck = amount.strike(len(message))
-    if len(struck) == len(message):
-        return message * 2, 0.0
-    return _each(message, struck, 2), 0.0
+    return message * 2 if len(struck) == len(message) else _each(message, struck, 2)
 
 
-def _each(message: M, struck: Container[int], times: int) -> M:
+def _each(message: M, struck: Sequence[int], times: int) -> M:
     """Return a message in which each affected byte or frame stands `times` times."""
     passed = message[:0]
     for index in range(len(message)):
@@ -268,54 +239,15 @@ def changed(draw: random.Random) -> Effect:
     A frame with a wrong bit is lost, because its CRC is wrong.
     """
 
-    def effect(message: M, amount: Amount) -> tuple[M, float]:
+    def effect(message: M, struck: Sequence[int]) -> M:
         if not isinstance(message, bytes):
-            return lost(message, amount)
-        struck = amount.strike(len(message))
-        if isinstance(amount, Next) and struck:
-            struck = (draw.choice(struck),)
+            return lost(message, struck)
         garbled = bytearray(message)
-        for index in struck:
+        for index in struck if len(struck) < len(message) else (draw.choice(struck),):
             garbled[index] ^= 1 << draw.randrange(8)
-        return bytes(garbled), 0.0
+        return bytes(garbled)
 
     return effect
-
-
-def late(delay_s: float) -> Effect:
-    """Return the effect that delays messages. Later messages wait for a delayed one."""
-
-    def effect(message: M, amount: Amount) -> tuple[M, float]:
-        return message, delay_s if amount.strikes(len(message)) else 0.0
-
-    return effect
-
-
-def overtaken(amount: Amount) -> Rule:
-    """Return the rule that delivers a frame after the next one; without a next one it is lost."""
-    holding = _Holding(amount)
-    return Rule(holding.passed, holding)
-
-
-class _Holding(Amount):
-    """Holds a frame back. The rule ends when its amount is used up and no frame is held."""
-
-    def __init__(self, amount: Amount) -> None:
-        self._amount = amount
-        self._held: tuple[Frame, ...] = ()
-
-    def strike(self, length: int) -> tuple[int, ...]:
-        """Ask the amount."""
-        return self._amount.strike(length)
-
-    def passed(self, frame: tuple[Frame, ...], _: Amount) -> tuple[tuple[Frame, ...], float]:
-        """Hold an affected frame back, and release it after the next one."""
-        if self._held:
-            frame, self._held = frame + self._held, ()
-            self.spent = self._amount.spent
-        elif self._amount.strikes(len(frame)):
-            frame, self._held = (), frame
-        return frame, 0.0
 
 
 # --- The line with both directions ---------------------------------------------------------------

@@ -15,7 +15,7 @@ from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS, simulated_kind
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import parse_settings, settings_of
-from armdrive.sim.faults import FAULT_NOTE, check_faults, faults_of, parse_option
+from armdrive.sim.faults import FAULT_NOTE, arguments_of, faults_of, parse_option
 from armdrive.sim.simulated_arm import SimDeviceKind
 from armdrive.text.toml import Rule, rule_of
 from armdrive.text.toml import value as toml
@@ -66,7 +66,8 @@ def _serve(options: argparse.Namespace, config: ArmConfig) -> int:
     device = kind.simulate(config, play=options.play, settings=settings).device
     board = device.board
     faults = [parse_option(text) for text in options.fault]
-    check_faults(device, faults)
+    for fault in faults:
+        arguments_of(fault, device)
     server = serving.make_server(
         pty=Path(options.pty) if options.pty else None,
         tcp=options.tcp,

@@ -11,11 +11,12 @@ from functools import partial
 from typing import Any, Generic, TypeVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.line import BusLine, Outbox, ReadyFrame
-from armdrive.sim.bus.node import BusNode, switch_power
+from armdrive.sim.bus.line import BusLine
+from armdrive.sim.bus.node import BusNode, NodePort, switch_power
 from armdrive.sim.device import Board
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.mechanics.shafts import ShaftDrive
+from armdrive.sim.wire import TimeQueue
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, unfit
 from firmware_protocol.frames import Frame
@@ -41,8 +42,8 @@ class DrivesBoard(Board, Generic[N]):
         self.nodes = tuple(nodes)
         self.input_bits = len(self.nodes)
         self._shafts = shafts
-        self._outbox = Outbox(bits_s)
-        """The frames that drives prepare."""
+        self._outbox: TimeQueue[Frame] = TimeQueue()
+        """The frames that drives prepare. Those of drives with one id pass one after the other."""
         self._dues = [math.inf for _ in self.nodes]
         """When each drive acts next."""
         self._changed = list(self.nodes)
@@ -50,7 +51,7 @@ class DrivesBoard(Board, Generic[N]):
         self._drives_due_s = math.inf
         """When a drive acts next, or its shaft is due."""
         for node in self.nodes:
-            node.port.send = partial(self._prepare, node)
+            node.port.send = partial(self._prepare, node.port)
         self.outgoing = []
         self.bits_s = bits_s
         """The bit rate of the bus."""
@@ -140,11 +141,11 @@ class DrivesBoard(Board, Generic[N]):
         """Let every drive do what is due, and send the frames that are ready."""
         if self._drives_due_s <= self.now_s:
             self._live()
-        self.outgoing += self._outbox.take(self.now_s)
+        self.outgoing += self._outbox.due(self.now_s)
 
-    def _prepare(self, node: N, frame: Frame) -> None:
+    def _prepare(self, port: NodePort, frame: Frame) -> None:
         """Put a frame on the bus as soon as a drive has it ready."""
-        self._outbox.put(self.now_s + node.port.answer_s, ReadyFrame(node.motor.index, frame))
+        self._outbox.put(self.now_s + port.answer_s, frame)
 
     def _live(self) -> None:
         """Let every drive do what is due."""

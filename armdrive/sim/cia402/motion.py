@@ -84,7 +84,7 @@ class Cia402Motion:
 
     def behind(self, now_s: float) -> int:
         """Return the following error of the shaft; 0 without current."""
-        return self._point.demand(now_s) - self._motor.shaft if self._motor.holding else 0
+        return self._point.at(now_s) - self._motor.shaft if self._motor.holding else 0
 
     # Targets.
 
@@ -109,7 +109,7 @@ class Cia402Motion:
         power = self._objects.number_of(canopen.PERIOD_POWER, _MS_POWER)
         period_s = max(self._objects.number_of(canopen.PERIOD, 1) * 10.0**power, _SHORTEST_S)
         on = self._quirks.hold_after_loss == "extrapolate"
-        self._point.glide_to(self._target, period_s, self._top_rate, now_s, on=on)
+        self._point.glide_to(self._target, period_s, now_s, on=on)
         self.ends = False
 
     def brake(self, steep: float, now_s: float) -> None:

@@ -422,7 +422,7 @@ OBJECTS: Mapping[Place, ObjectRow] = MappingProxyType({
     canopen.FOLLOWING_ERROR: ObjectRow(
         tells=lambda node, now_s: _wrapped(node.motion.behind(now_s))),
     canopen.POSITION_DEMAND: ObjectRow(tells=lambda node, now_s: _wrapped(
-        node.motor.point.demand(now_s) - node.motor.zero)),
+        node.motor.point.at(now_s) - node.motor.zero)),
     canopen.VELOCITY: ObjectRow(tells=lambda node, now_s: round(node.motor.point.rate(now_s))),
     canopen.DIGITAL_INPUTS: ObjectRow(
         tells=lambda node, _: node.motor.switch.pressed << _LIMIT_BITS[node.motor.switch.way]),

@@ -50,15 +50,16 @@ class AxisProfile:
 
     def at(self, now_s: float) -> float:
         """Return the position at a time."""
-        piece = self._piece(now_s)
+        piece = self.piece(now_s)
         return self.end if piece is None else piece.at(now_s)
 
     def speed_at(self, now_s: float) -> float:
         """Return the speed at a time; 0 after the end."""
-        piece = self._piece(now_s)
+        piece = self.piece(now_s)
         return 0.0 if piece is None else piece.speed_at(now_s)
 
-    def _piece(self, now_s: float) -> ProfilePiece | None:
+    def piece(self, now_s: float) -> ProfilePiece | None:
+        """Return the piece at a time; None after the end."""
         if now_s >= self.end_s:  # most axes stand most of the time
             return None
         for piece in self.pieces:

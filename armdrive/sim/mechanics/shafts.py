@@ -40,7 +40,6 @@ class ShaftPoint:
         self.end = at
         """Where the set-point comes to a stand; meaningless if it runs without an end."""
         self._profile = standing(at)
-        self._demand: ProfilePiece | None = None
 
     def moving(self, now_s: float) -> bool:
         """Return whether the set-point is moving."""
@@ -58,19 +57,13 @@ class ShaftPoint:
 
     def gain(self, now_s: float) -> float:
         """Return the acceleration, in counts per second squared; negative while braking."""
-        piece = next((each for each in self._profile.pieces if now_s < each.end_s), None)
+        piece = self._profile.piece(now_s)
         if piece is None:
             return 0.0
-        brakes = piece.acceleration * piece.speed_at(now_s) < 0.0
-        return -abs(piece.acceleration) if brakes else abs(piece.acceleration)
-
-    def demand(self, now_s: float) -> int:
-        """Return the position commanded by `glide_to`, ahead of what the motor can follow."""
-        return self.at(now_s) if self._demand is None else nearest(self._demand.at(now_s))
+        return math.copysign(piece.acceleration, piece.acceleration * piece.speed_at(now_s))
 
     def hold(self, at: int) -> None:
         """Stand at a count."""
-        self._demand = None
         self._profile, self.end, self.end_s = standing(at), at, -math.inf
 
     def go_to(
@@ -99,19 +92,12 @@ class ShaftPoint:
         back = dead(here + counts, here, rate, there.end_s)
         self._begin(AxisProfile((*there.pieces, *back.pieces), here), now_s)
 
-    def glide_to(
-        self, target: int, period_s: float, most_rate: float, now_s: float, *, on: bool = False
-    ) -> None:
-        """Go straight to a target in a period, limited to a rate; with `on`, continue beyond it."""
-        demand, here = self.demand(now_s), self._state(now_s)[0]
-        rate, way = (target - demand) / period_s, target - here
-        able = math.copysign(min(abs(way) / period_s, most_rate), way)
-        pieces = [ProfilePiece(now_s, here, able, 0.0, abs(way / able) if able else 0.0)]
-        goes_on = on and bool(able)
-        if goes_on:
-            pieces.append(ProfilePiece(pieces[0].end_s, target, able, 0.0, math.inf))
-        self._begin(AxisProfile(pieces, target), now_s)
-        self._demand = ProfilePiece(now_s, demand, rate, 0.0, math.inf if goes_on else period_s)
+    def glide_to(self, target: int, period_s: float, now_s: float, *, on: bool = False) -> None:
+        """Go straight to a target in a period; with `on`, continue beyond it."""
+        here = self._state(now_s)[0]
+        rate = (target - here) / period_s
+        lasts_s = math.inf if on and rate else period_s
+        self._begin(AxisProfile([ProfilePiece(now_s, here, rate, 0.0, lasts_s)], target), now_s)
 
     def passes_s(self, count: int, way: int, now_s: float) -> float:
         """Return when the set-point reaches or passes a count in a direction; infinity for never.
@@ -147,7 +133,6 @@ class ShaftPoint:
         return self._profile.at(now_s), self._profile.speed_at(now_s)
 
     def _begin(self, profile: AxisProfile, now_s: float) -> None:
-        self._demand = None
         self._profile, self.end = profile, nearest(profile.end)
         self.end_s = max(profile.end_s, now_s)
 
@@ -228,16 +213,15 @@ class ShaftPoints:
 class ShaftDrive(MotorDrive[ShaftPoints]):
     """Six closed loops and one arm; drives that are not `holding` turn freely.
 
-    `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes. The
-    shafts' places may be `SLACK_S` old; a caller who needs the present ones calls `look`.
+    `top_rate` is how many counts a second a shaft turns at most. The shafts' places may be
+    `SLACK_S` old; a caller who needs the present ones calls `look`.
     """
 
-    def __init__(self, world: World, makes_up: float) -> None:
+    def __init__(self, world: World, top_rate: float) -> None:
         super().__init__(world, ShaftPoints([ShaftPoint(count) for count in world.motors]))
-        self._makes_up = makes_up
+        self._top_rate = top_rate
         self.holding = [False] * len(world.motors)
         world.energised = False  # found at rest: the arm sagged long ago
-        self._last = self.rack.positions(0.0)
         self.astray = False
         """Whether a shaft was off its set-point at the last look."""
         self._seen: Motors | None = None
@@ -262,7 +246,6 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         """Move every set-point to where its shaft is."""
         for point, shaft in zip(self.rack.each, self.shafts, strict=True):
             point.hold(shaft)
-        self._last = tuple(self.shafts)
 
     @property
     def look_s(self) -> float:
@@ -287,18 +270,11 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         wanted = self.rack.positions(now_s)
         errors = self._errors(wanted)
         if any(errors):
-            # A shaft goes as far as its set-point went, and only makes up for the rest by and by.
-            most = math.ceil(self._makes_up * since_s)
-            steps = [
-                _clipped(error, abs(there - before) + most)
-                for error, there, before in zip(errors, wanted, self._last, strict=True)
-            ]
-            if any(steps):
-                self.world.drive(steps, now_s)
-                errors = self._errors(wanted)
+            most = math.ceil(self._top_rate * since_s)
+            self.world.drive([min(max(error, -most), most) for error in errors], now_s)
+            errors = self._errors(wanted)
         self.astray = any(errors)
-        self._last = wanted
-        self._free(now_s)
+        self._free()
         self._seen = self.world.motors
 
     def _stands(self) -> bool:
@@ -332,7 +308,7 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         for motor in freed:
             self.holding[motor] = False
         self.world.energised = False
-        self._free(now_s)
+        self._free()
 
     def release_all(self, now_s: float) -> None:
         """Cut the current of all motors."""
@@ -342,7 +318,6 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         """Switch a motor's current on at its present position."""
         self.look(now_s)
         self.rack.each[motor].hold(self.shafts[motor])
-        self._last = self.rack.positions(now_s)
         self.holding[motor] = True
         self.world.energised = all(self.holding)
 
@@ -353,13 +328,9 @@ class ShaftDrive(MotorDrive[ShaftPoints]):
         away = body.transmission.to_motors(rest, world.opening_mm) - world.motors
         return [step if motor in freed else 0 for motor, step in enumerate(away)]
 
-    def _free(self, now_s: float) -> None:
+    def _free(self) -> None:
+        """Have the set-points of motors without current follow their shafts."""
         if not all(self.holding):
             for point, shaft, held in zip(self.rack.each, self.shafts, self.holding, strict=True):
                 if not held:
                     point.hold(shaft)
-            self._last = self.rack.positions(now_s)
-
-
-def _clipped(step: int, most: int) -> int:
-    return min(max(step, -most), most)

@@ -1,4 +1,4 @@
-"""What can be chosen of simulated MKS drives, and what they always do.
+"""What can be chosen of simulated MKS drives.
 
 A setting with a `source` is a quirk: a peculiarity of real drives, or a point on which no source
 says what they do. A guess was never measured; its default is the behaviour that is harder for a
@@ -15,8 +15,6 @@ from firmware_protocol.mks import Bitrate
 AS_THE_ARM_FILE = "file"
 BITRATES = {each.bits_s: each for each in Bitrate}
 _MANUALS = "CAN manuals 1.0.6 and 1.0.9"
-_NOTES = "version notes of makerbase-motor/MKS-SERVO42D-57D"
-_UNKNOWN = "not published, and no real drive was measured"
 
 
 # fmt: off
@@ -84,32 +82,4 @@ class MksQuirks:
         "drives report two bytes of their version instead of three",
         source="the manual 1.0.9 draws two and names three; a SERVO42ES sent three "
         "(TRazDev/servo42es-esp32-can-controller, protocol notes)")
-
-
-# What cannot be chosen: name, what drives do, source.
-ALWAYS: tuple[tuple[str, str, str], ...] = (
-    ("answers", "a drive has its answer ready after 1 ms",
-     ("guess: not measured on CAN; with RS485 up to 700 in motion (riccardi-samuele/mks-servo, "
-      "test report, 6.5)")),
-    ("boots", "150 ms after a restart a drive holds and answers again",
-     f"guess: {_UNKNOWN}; a fast restart is harder to notice"),
-    ("stalls", "a drive reports a stall at a following error of a tenth of a turn",
-     f"guess: {_UNKNOWN}"),
-    ("homing_ramp", "a drive ramps by 1000 rpm/s while it homes, and if its watchdog then stops it",
-     f"guess: {_UNKNOWN}"),
-    ("own_frames", "only frames to a drive itself feed its watchdog",
-     "guess: the manual 1.0.9 does not say (98)"),
-    ("silent_restart",
-     "a drive restarts without a message, counts from a new zero, and obeys the next order",
-     "guess: no known manual or program has a boot message or heartbeat"),
-    ("silent_watchdog", "a drive stopped by its watchdog sends no message",
-     "guess: no known manual or program has a reply for it (98)"),
-    ("done_anyway", "before 1.0.8, a motion ends with its set-point, wherever the shaft is",
-     f"guess: the in-position threshold came with V1.0.8 ({_NOTES})"),
-    ("one_stop", "any stop command ends every motion and drops stored ones",
-     "guess: the manuals describe each stop only with its own kind of motion"),
-    ("pulls_on",
-     "without protection, a blocked drive keeps pulling and jumps to its set-point when freed",
-     "guess: any closed loop does; no manual describes it"),
-)
 # fmt: on

@@ -24,14 +24,11 @@ from armdrive.sim.faults import (
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.teachmover import TeachMoverBoard
 from armdrive.sim.wire import (
+    Amount,
     DeviceLine,
-    Next,
-    Nth,
     Rule,
-    Share,
     WireDirection,
     changed,
-    late,
     lost,
     repeated,
 )
@@ -287,35 +284,39 @@ seeds = st.integers(0, 1000)
 
 def through(effect, amount, data):
     lane = WireDirection()
-    lane.rules.append(Rule(effect, amount))
+    lane.rules.append(Rule(amount, effect))
     return b"".join(lane.passed(one, 0.0)[0] for one in data)
+
+
+def amount(seed=0, **which):
+    return Amount(random.Random(seed), **which)
 
 
 @given(messages, seeds, st.floats(0, 1))
 def test_dropped_bytes_are_missing_and_the_rest_keeps_its_order(data, seed, share):
     rest = iter(b"".join(data))
-    assert all(byte in rest for byte in through(lost, share_of(share, seed), data))
+    assert all(byte in rest for byte in through(lost, amount(seed, share=share), data))
 
 
 @given(messages, seeds, st.floats(0, 1))
 def test_changed_data_keep_their_length_and_repeated_data_are_complete(data, seed, share):
     whole = b"".join(data)
-    effect = changed(draw_of(seed))
-    assert len(through(effect, share_of(share, seed), data)) == len(whole)
-    rest = iter(through(repeated, share_of(share, seed), data))
+    effect = changed(random.Random(seed))
+    assert len(through(effect, amount(seed, share=share), data)) == len(whole)
+    rest = iter(through(repeated, amount(seed, share=share), data))
     assert all(byte in rest for byte in whole)
 
 
 @given(messages, st.integers(1, 60))
 def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
     whole = b"".join(data)
-    assert through(lost, Nth(number), data) == whole[: number - 1] + whole[number:]
+    assert through(lost, amount(nth=number), data) == whole[: number - 1] + whole[number:]
 
 
 @given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
 def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
     line = DeviceLine(SilentDevice(), None)
-    line.faults.host.rules.append(Rule(late(delay_s), share_of(share, seed)))
+    line.faults.host.rules.append(Rule(amount(seed, share=share), late_s=delay_s))
     for number, one in enumerate(data):
         line.send(one, 0.3 * number)
     line.advance(0.3 * len(data) + delay_s)
@@ -325,13 +326,5 @@ def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
 
 
 def test_a_whole_message_is_struck_once():
-    assert through(lost, Next(), [b"ab", b"cd"]) == b"cd"
-    assert through(repeated, Next(), [b"ab", b"cd"]) == b"ababcd"
-
-
-def draw_of(seed):
-    return random.Random(seed)
-
-
-def share_of(share, seed):
-    return Share(share, draw_of(seed))
+    assert through(lost, amount(), [b"ab", b"cd"]) == b"cd"
+    assert through(repeated, amount(), [b"ab", b"cd"]) == b"ababcd"

@@ -275,23 +275,6 @@ class TestDrives:
         assert bench.counts(2) == 900
 
     @pytest.mark.parametrize(
-        ("counts", "at_once", "in_all"),
-        [
-            pytest.param((0, 0, 0), 2, 2, id="equal ones that wait overlap"),
-            pytest.param((0, 7, 7), 2, 2, id="so do two that differ from the first"),
-            pytest.param((0, 0, 7), 1, 3, id="different ones that wait destroy each other"),
-        ],
-    )
-    def test_of_answers_with_one_id_the_first_passes_alone(self, bench, counts, at_once, in_all):
-        for motor, count in enumerate(counts):
-            bench.board.nodes[motor].motor.count_from(count)
-            bench.board.node(motor).set_id(1, bench.board.now_s)
-        heard = bench.ask(1, mks.ReadEncoder(), 0.003)
-        assert [each.answer.counts for each in heard] == list(counts[:at_once])
-        heard += bench.run(0.02)
-        assert [each.answer.counts for each in heard] == list(counts[:in_all])
-
-    @pytest.mark.parametrize(
         ("words", "named"),
         [
             (("drive-mode", 1, 9), "modes are 0 to 5"),
