@@ -20,7 +20,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 from xml.parsers import expat
@@ -29,8 +29,7 @@ from kinematics.chains.assignment import EXACTLY_PARALLEL, JointAxis, assign_fra
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError, require, suggestion
-from kinematics.frames.orientations import RPY, AxisAngle, solve_rpy
-from kinematics.frames.rotations import rotate
+from kinematics.frames.orientations import RPY, solve_rpy
 from kinematics.frames.transforms import (
     IN_PLACE,
     Transform,
@@ -42,13 +41,10 @@ from kinematics.frames.transforms import (
 )
 from kinematics.frames.vectors import (
     Vector,
-    add,
     cross,
-    distance,
     dot,
     norm,
     scale,
-    subtract,
     unit,
 )
 
@@ -299,7 +295,6 @@ def _axes_at_zero(
 ) -> tuple[list[JointAxis], Transform]:
     """Return the axes of the joints that move in the zero position, and the tip's frame."""
     axes: list[JointAxis] = []
-    literal: list[JointAxis] = []
     rounded: dict[str, float] = {}
     frame = IN_PLACE
     for joint in path:
@@ -307,11 +302,11 @@ def _axes_at_zero(
         if not joint.moves:
             continue
         direction = transform_vector(frame, _axis_of(joint))
-        literal.append(JointAxis(position_of(frame), direction, *_motion_of(joint, unused)))
         if axes:
             direction = _straightened(axes[-1].direction, direction, joint.name, unused)
         name = _identifier(joint.name, [axis.name for axis in axes], unused)
-        axes.append(replace(literal[-1], direction=direction, name=name))
+        kind, low, high = _motion_of(joint, unused)
+        axes.append(JointAxis(position_of(frame), direction, kind, name, low, high))
     read = [
         f"{word} as {math.degrees(angle):g}°"
         for word, angle in rounded.items()
@@ -319,31 +314,11 @@ def _axes_at_zero(
     ]
     if read:
         unused.append(f"rounded angles are read as they are meant: {', '.join(read)}")
-    off_mm = max(
-        distance(_tip(axes, frame, share), _tip(literal, frame, share))
-        for share in (0.3, -0.5, 0.8)
-    )
-    if off_mm > DEVIATION_MM:
-        unused.append(f"axes taken as parallel move the tip by some {off_mm:.2g} mm")
     return axes, frame
 
 
-# Rounding moves no tip further.
-DEVIATION_MM = 1e-6
-
-
-def _tip(axes: Sequence[JointAxis], tool: Transform, share: float) -> Vector:
-    """Return where the tip is with the joints turned, each by another multiple of a share."""
-    tip = position_of(tool)
-    for number, axis in reversed(list(enumerate(axes, 1))):
-        if axis.kind is JointKind.REVOLUTE:
-            turned = AxisAngle(unit(axis.direction), share * (number % 3 - 1.2)).rotation()
-            tip = add(axis.point, rotate(turned, subtract(tip, axis.point)))
-    return tip
-
-
-def _motion_of(joint: _JointElement, unused: list[str]) -> tuple[JointKind, str, float, float]:
-    """Return kind, name and limits of a joint. Raises `KinematicsError` if no chain has such.
+def _motion_of(joint: _JointElement, unused: list[str]) -> tuple[JointKind, float, float]:
+    """Return kind and limits of a joint. Raises `KinematicsError` if no chain has such.
 
     Exporters write two equal limits for a joint that was given none.
     """
@@ -369,9 +344,9 @@ def _motion_of(joint: _JointElement, unused: list[str]) -> tuple[JointKind, str,
     elif joint.kind == "continuous" and low != high:
         unused.append(f"{where} is continuous: URDF ignores its limits")
     if low == high or joint.kind == "continuous":
-        return kind, joint.name, -math.inf, math.inf
+        return kind, -math.inf, math.inf
     size = MM_PER_M if kind is JointKind.PRISMATIC else 1.0
-    return kind, joint.name, low * size, high * size
+    return kind, low * size, high * size
 
 
 def _axis_of(joint: _JointElement) -> Vector:
