@@ -36,7 +36,6 @@ from kinematics import (
     solve_frame_ik,
     solve_rpy,
     subject_of_chain,
-    subject_of_system,
     system,
     transform,
     translation,
@@ -47,7 +46,6 @@ from kinematics.chains.arm import ChainArm
 from kinematics.chains.inverse import solve_goal
 from kinematics.chains.links import JointKind
 from kinematics.chains.urdf import read_urdf
-from kinematics.errors import suggestion
 from kinematics.frames.orientations import RPY
 from kinematics.frames.rotations import IDENTITY
 from kinematics.frames.transforms import IN_PLACE, position_of
@@ -69,10 +67,6 @@ ORIGIN = (0.0, 0.0, 0.0)
 CABLES = preset("teachmover").transmission
 TURNED_ROUND = Joints(HOME.angles_rad[::-1], HOME.names[::-1])
 """The same posture with its joints in another order."""
-
-
-def is_angle(coordinate):
-    return coordinate.endswith("_rad")
 
 
 AXES = (JointAxis((0.0, 0.0, 0.0), (0.0, 0.0, 1.0)),)
@@ -174,6 +168,8 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: PUMA.sized(1.0), "the lengths of puma are d1, a1"),
         (lambda: PUMA.ik((1.0,) * 7), r"6 numbers \(x"),
         (lambda: PUMA.ik((*(1.0,) * 5, math.nan)), "psi.* must be a finite number"),
+        (lambda: SYSTEMS["minimover5"].ik((250, 0, 120, -90.0, 0)),
+         r"pitch_rad of a goal of minimover5 must be within two turns.*math.radians\(-90\)"),
         (lambda: system([]), "no system is named"),
         (lambda: Joints(None), "joint angles are a list of numbers, not None"),
         (lambda: Joints.of(0, 40, "x", 0, 0), r"angles_deg\[2\] must be a finite number"),
@@ -254,27 +250,6 @@ def test_an_angle_of_any_turns_is_wrapped_to_the_last_digit(angle):
     assert math.cos(wrapped) == pytest.approx(math.cos(angle), abs=1e-15)
 
 
-ANGLED = [name for name in MODEL_NAMES if any(map(is_angle, system(name).coordinates))]
-
-
-@every_row("name", ANGLED)
-@every_row("angle", [-90.0, 45.0])
-def test_an_angle_of_a_system_s_goal_beyond_two_turns_is_questioned(name, angle):
-    one = system(name)
-    goal = list(one.goal_of(one.fk(example_posture(one.chain()))))
-    for index, coordinate in enumerate(one.coordinates):
-        if is_angle(coordinate):
-            wrong = (*goal[:index], angle, *goal[index + 1 :])
-            says = rf"{coordinate} of a goal of {name} must be within two turns"
-            for take in (
-                one.ik,
-                one.holds,
-                lambda given: work(subject_of_system(one), None, given),
-            ):
-                with pytest.raises(BadNumber, match=rf"{says}.*math.radians\({angle:g}\)"):
-                    take(wrong)
-
-
 @every_row("name", MODEL_NAMES)
 @every_row("turns", [1e3, 1e8, -1e12])
 def test_joint_values_of_many_turns_lose_no_digits(name, turns):
@@ -339,15 +314,3 @@ def test_a_joint_of_any_unit_is_the_same_joint():
     assert turned == Joints.of(3, 40, -60, -70, 0)
     assert turned["base"] == turned["base_rad"] == turned.base_rad == turned[0]
     assert turned["base_deg"] == turned.base_deg == pytest.approx(3.0)
-
-
-@every_row(
-    "word, said",
-    [
-        ("base_rad", "; write base_deg=math.degrees(...)"),
-        ("bse_deg", "; did you mean 'base_deg'?"),
-        ("lift_deg", "; write lift_rad=math.radians(...)"),
-    ],
-)
-def test_a_name_that_is_right_but_for_its_unit_is_not_taken_for_a_slip_of_the_pen(word, said):
-    assert suggestion(word, ("base_deg", "lift_rad")) == said

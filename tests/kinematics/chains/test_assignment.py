@@ -100,24 +100,6 @@ def test_the_planar_arm_of_craig_s_figure():
     }
 
 
-@pytest.mark.parametrize(
-    ("second", "relation", "words"),
-    [
-        (JointAxis((50, 20, 30), (1, 1, 0)), Relation.SKEW, None),
-        (JointAxis((0, 0, 70), (1, 0, 0)), Relation.INTERSECTING, "intersect, so x may point"),
-        (JointAxis((80, 0, 70), (0, 0, 1)), Relation.PARALLEL, "it makes d zero"),
-        (JointAxis((0, 0, 70), (0, 0, -1)), Relation.COINCIDENT, "1 and 2 are the same"),
-    ],
-)
-@BOTH
-def test_the_free_choices_are_stated(second, relation, words, convention):
-    found = assign_frames([JointAxis((0, 0, 0), (0, 0, 1)), second], IN_PLACE, convention)
-    assert found.relations == (relation,)
-    about_one = [choice.sentence for choice in found.choices if choice.frame == 1]
-    stated = " ".join(about_one)
-    assert words in stated if words else not stated
-
-
 @BOTH
 def test_a_slide_and_a_tool_askew_are_stated(convention):
     axes = [JointAxis((0, 0, 0), (0, 0, 1)), JointAxis((9, 0, 0), (1, 0, 0), JointKind.PRISMATIC)]

@@ -93,7 +93,7 @@ def test_an_arm_without_a_closed_form_says_why(chain, why):
     assert "numerically" in how_solved(chain).solved
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(any_arm, st.data())
 def test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them(name, data):
     chain = ARMS[name]
@@ -104,22 +104,6 @@ def test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them
         assert gap(chain.fk(one), frame) < 2e-5
     if regular(chain, values):
         assert min(turn_gap(one, values) for one in found) < 1e-4
-
-
-@settings(max_examples=60, deadline=None)
-@given(any_arm, st.data())
-def test_the_branches_of_every_branch_are_the_same_ones(name, data):
-    chain = ARMS[name]
-    values = posture(chain, data.draw)
-    closed = closed_form(chain)
-    frame = chain.fk(values)
-    found = closed.branches(frame_goal(frame), values)
-    if not all(regular(chain, one) for one in found):
-        return
-    for one in found:
-        again = closed.branches(frame_goal(chain.fk(one)), values)
-        assert len(again) == len(found)
-        assert all(min(turn_gap(a, b) for b in found) < 1e-4 for a in again)
 
 
 @every_row("chain", [PUMA_560, KUKA_KR6, AR4, THOR], ids=["puma", "kr6", "ar4", "thor"])
@@ -194,7 +178,7 @@ def test_five_joints_find_the_heading_that_a_goal_leaves_free(values, turned):
         assert min(turn_gap(one, values) for one in found) < 1e-4
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     st.sampled_from(
         [

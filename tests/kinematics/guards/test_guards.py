@@ -78,14 +78,6 @@ def test_a_hand_that_points_backwards_into_the_base_is_refused():
     assert only_hand.violation(LOOSE, at(50, 20, -150)) is None  # the wrist is far enough out
 
 
-@given(st.floats(150, 340), st.floats(-300, -1.01), st.floats(-1.5, 1.5))
-def test_a_goal_below_the_table_is_lifted_onto_it(r, z_mm, direction):
-    goal = Pose(r * math.cos(direction), r * math.sin(direction), z_mm, -math.pi / 2)
-    found = nearest_allowed(TEACHMOVER, GUARDS, goal)
-    assert -1.0 <= found.z_mm <= 0.01
-    assert found.pitch_rad == goal.pitch_rad
-
-
 # Guards on the links as capsules, and on sums of joints: what each says and what it leaves out.
 
 
@@ -128,9 +120,21 @@ def test_a_forearm_folded_onto_the_base_is_refused():
     folded = Joints.of(0, 30, -160, 90, 0)
     found = broken(BASED, folded)
     assert ("base column", "forearm") in found
-    sentence = found["base column", "forearm"].sentence
-    assert "inside the base column (radius 60 mm, up to z 150 mm)" in sentence
+    one = found["base column", "forearm"]
+    assert "inside the base column (radius 60 mm, up to z 150 mm)" in one.sentence
+    elbow, wrist = LOOSE.points(folded)[2:4]
+    assert one.excess_mm == pytest.approx(30.0 - COLUMN.distance_mm(elbow, wrist))
     assert broken(BASED, Joints.of(0, 60, -95, -35, 0)) == {}
+
+
+def test_a_hand_folded_onto_the_upper_arm_is_refused():
+    found = broken(THICK, Joints.of(0, 60, -150, -150, 0))
+    one = found["arm against itself", "hand against the upper arm"]
+    _, shoulder, elbow, wrist, tip = LOOSE.points(Joints.of(0, 60, -150, -150, 0))
+    apart = segment_distance_mm(wrist, tip, shoulder, elbow)
+    assert one.excess_mm == pytest.approx(35.0 + 25.0 - apart, abs=SEARCHED_MM)
+    assert one.sentence.startswith("the hand would be ")
+    assert broken(THICK, Joints.of(0, 60, -95, -35, 0)) == {}
 
 
 @every_row("elbow_deg, value_deg", [(-141.0, -101.0), (6.0, 46.0)])
@@ -221,23 +225,6 @@ def test_no_two_points_of_two_segments_are_nearer_than_their_distance(a, b, c, d
     assert segment_distance_mm(d, c, a, b) == pytest.approx(exact, abs=SEARCHED_MM)
 
 
-@every_row(
-    "second, distance",
-    [
-        (((50, -10, 7), (50, 10, 7)), 7.0),
-        (((0, 4, 3), (100, 4, 3)), 5.0),
-        (((130, 0, 40), (130, 0, 40)), 50.0),
-        (((50, 30, 0), (50, 90, 0)), 30.0),
-        (((20, 0, 0), (60, 0, 0)), 0.0),
-        (((50, -10, 0), (50, 10, 0)), 0.0),
-    ],
-)
-def test_crossing_parallel_and_shrunken_segments_have_their_distance(second, distance):
-    assert segment_distance_mm((0, 0, 0), (100, 0, 0), *second) == pytest.approx(
-        distance, abs=SEARCHED_MM
-    )
-
-
 @given(points, points, st.sampled_from((BOX, WALL)))
 def test_no_point_of_a_segment_outside_is_nearer_to_a_box_than_its_distance(a, b, box):
     distance = box.distance_mm(a, b)
@@ -247,15 +234,6 @@ def test_no_point_of_a_segment_outside_is_nearer_to_a_box_than_its_distance(a, b
         assert nearest - distance <= math.dist(a, b) / 200.0 + 1e-9
     if nearest == 0.0:
         assert distance <= 0.0
-
-
-@given(points, points, st.sampled_from((BOX, WALL)), points)
-def test_no_shorter_way_than_the_depth_leads_out_of_a_box(a, b, box, way):
-    depth, length = -box.distance_mm(a, b), math.hypot(*way)
-    if depth <= 1e-6 or length < 1.0:
-        return
-    by = tuple(one / length * depth * 0.99 for one in way)
-    assert box.distance_mm(moved(a, by), moved(b, by)) < 1e-9
 
 
 @given(solids, points, points, shifts, shifts)
@@ -328,7 +306,7 @@ def beyond_mm(guards, arm, joints):
     st.sampled_from((POINTS, EVERYTHING, ONLY_BOXES)),
     st.sampled_from((0.02, 0.1, 0.5)),
 )
-@settings(max_examples=amount(50, 1000))
+@settings(max_examples=amount(30, 1000))
 def test_what_is_proved_free_is_free_wherever_one_looks(case, guards, share):
     arm, start, goal = case
     path = JointPath(start, JointPath(start, goal).at(share))
@@ -369,30 +347,6 @@ def test_the_first_guard_on_a_straight_line_is_named_where_it_begins(name, start
     assert violation.guard == name
     assert fraction == pytest.approx(share, abs=0.15)
     assert 1.0 < violation.excess_mm <= 1.0 + 2.0
-
-
-class Counting:
-    """An arm that counts how often its points are asked for."""
-
-    def __init__(self, arm):
-        self._arm = arm
-        self.looks = 0
-
-    def __getattr__(self, name):
-        return getattr(self._arm, name)
-
-    def points(self, joints):
-        self.looks += 1
-        return self._arm.points(joints)
-
-
-def test_a_few_looks_prove_a_long_line_in_the_open():
-    start = TEACHMOVER.ik(Pose.of(x_mm=300, y_mm=-110, z_mm=150, pitch_deg=-90))
-    end = Pose.of(x_mm=300, y_mm=110, z_mm=150, pitch_deg=-90)
-    waypoints = line_path(TEACHMOVER, start, end)
-    arm = Counting(TEACHMOVER)
-    assert first_violation(arm, POINTS, waypoints) is None
-    assert arm.looks <= 3 * len(waypoints)
 
 
 @given(st.floats(-60.0, -2.0), st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))

@@ -25,7 +25,7 @@ from kinematics import (
     route_sections,
 )
 from kinematics.frames.vectors import cross, dot, subtract, unit
-from kinematics.paths.chords import TINY_RAD, cut, posture_at
+from kinematics.paths.chords import TINY_RAD, posture_at
 from kinematics.paths.curves import round_through
 from kinematics.paths.routes import blend, lay
 
@@ -306,21 +306,6 @@ def test_an_arc_that_leaves_the_reach_says_where():
     assert TEACHMOVER.solve(broken.value.point) is None
 
 
-@settings(max_examples=amount(3, 30))
-@given(st.floats(20.0, 60.0), st.floats(-0.4, 0.4))
-def test_an_arc_of_six_joints_is_round_and_turns_the_hand_evenly(wide, yaw):
-    here = PUMA.fk(PUMA_START)
-    via = dataclasses.replace(here, x_mm=here.x_mm - wide, y_mm=here.y_mm - wide)
-    goal = dataclasses.replace(here, x_mm=here.x_mm - 2 * wide, yaw_rad=here.yaw_rad + yaw)
-    corners = arc_path(PUMA, PUMA_START, via, goal)
-    arc = round_through(point(here), point(via), point(goal))
-    assert max(off_circle(arc, place) for place in sampled(PUMA, corners, 3)) <= 0.5
-    end = PUMA.fk(corners[-1])
-    assert math.dist(point(end), point(goal)) < 1e-3
-    assert end.yaw_rad == pytest.approx(goal.yaw_rad, abs=1e-4)
-    assert sharpest_deg(corners) <= 15.0
-
-
 # Blends past the point between two parts: how near, how smooth, and where there is none.
 
 
@@ -377,33 +362,6 @@ def test_a_blend_stays_within_its_radius_and_has_no_corners(first, after, radius
     assert max(smooth_join(TEACHMOVER, before, behind, found)) < 1.0
     assert 0.5 <= found.leave < 1.0
     assert 0.0 < found.enter <= 0.5
-
-
-@given(poses, poses, poses, RADII, st.floats(0.0, 1.0))
-def test_a_blend_of_lines_is_begun_at_its_radius_or_half_way(first, via, goal, radius, share):
-    start = TEACHMOVER.solve(first)
-    assume(start is not None)
-    chords = laid(start, LinePart(via), LinePart(goal))
-    assume(chords is not None)
-    halves = [
-        math.dist(point(TEACHMOVER.fk(start)), point(via)),
-        math.dist(point(via), point(goal)),
-    ]
-    expected = min(radius, *(half / 2.0 for half in halves))
-    assume(expected > 1e-2)
-    found = blend(TEACHMOVER, *chords, radius)
-    assert found.radius_mm == pytest.approx(expected)
-    for end in (0.0, 1.0):
-        assert math.dist(found.curve.tip(end), point(via)) == pytest.approx(expected)
-    assert math.dist(found.curve.tip(share), point(via)) <= expected + 1e-9
-    try:
-        path = cut(TEACHMOVER, found.curve, posture_at(chords[0], found.leave), 0.5)
-    except PathBroken:
-        return
-    assert len(path) >= 8
-    for chord in path:
-        ideal = found.curve.tip(chord.low + share * (chord.high - chord.low))
-        assert math.dist(tip(TEACHMOVER, at(chord.start, chord.end, share)), ideal) <= 0.5
 
 
 def test_a_blend_that_would_break_names_the_part_before_it():
@@ -485,15 +443,6 @@ def test_a_route_has_no_sharp_corners_and_breaks_by_name(first, one, two, three,
     for section in found:
         assert sharpest_deg(section.corners) <= 15.0 + 1e-6
         assert len(section.corners) < 100 * len(section.parts)
-
-
-def test_a_broken_part_is_named_with_its_point():
-    far = pose(600, 100, 120, -20)
-    with pytest.raises(PathBroken, match="straight line of part 2 of the route breaks") as broken:
-        sections(START, LinePart(BETWEEN), LinePart(far, 10.0), LinePart(BETWEEN))
-    assert broken.value.part == 2
-    share = broken.value.fraction
-    assert broken.value.point.x_mm == pytest.approx(250 + share * 350)
 
 
 def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():

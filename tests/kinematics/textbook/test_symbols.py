@@ -2,7 +2,6 @@
 
 import math
 import operator
-from functools import cache
 
 import pytest
 from amounts import amount, every_row
@@ -20,7 +19,6 @@ from kinematics.textbook.notation import (
     PLAIN,
     definitions,
     matrix_text,
-    renamed,
 )
 from kinematics.textbook.symbols import ONE, ZERO, as_symbol, coordinate, named
 from kinematics.textbook.systems import SYSTEMS
@@ -213,17 +211,6 @@ def test_a_solution_is_written_by_its_named_steps():
     ]
 
 
-@given(at=values)
-def test_naming_parts_keeps_the_value(at):
-    part = THETA1 - THETA2
-    root = (L1 * L1 + 1.0).sqrt()
-    whole = (THETA3 - part).cos() * root + (THETA2 - THETA1)
-    written = renamed(whole, {part: "p", root: "r"})
-    assert written.names() == {"theta3", "p", "r"}
-    with_names = {**at, "p": part.value(at), "r": root.value(at)}
-    assert written.value(with_names) == pytest.approx(whole.value(at))
-
-
 # Named systems run on symbols: the formulas have the values of the same code on numbers.
 
 
@@ -259,35 +246,6 @@ def test_symbolic_forward_kinematics_has_the_values_of_the_numeric_one(name, dat
     values = by_name(symbols, joints)
     frame = symbolic_example_of(name).product
     assert symbols_gap(frame, system.fk(joints), values | system.lengths()) < 1e-9
-
-
-@cache
-def symbolic_solutions(name):
-    """The joints of every branch as symbols."""
-    system = SYSTEMS[name]
-    symbolic, goal = symbolic_system(system), symbolic_goal(system.coordinates)
-    return {branch: symbolic.solution(goal, branch).joints for branch in system.signs}
-
-
-@pytest.mark.parametrize("name", SYSTEMS)
-@given(data=st.data())
-@settings(max_examples=8)
-def test_symbolic_solutions_have_the_values_of_the_numeric_ones(name, data):
-    system = SYSTEMS[name]
-    goal = system.goal_of(system.fk(data.draw(postures(system, 0.2, 1.2))))
-    symbols = symbolic_goal(system.coordinates)
-    values = by_name(symbols, goal) | system.lengths()
-    compared = 0
-    for branch in {found.name for found in system.ik(goal)} & set(system.signs):
-        plain = system.solution(goal, branch).joints
-        made = symbolic_solutions(name)[branch]
-        for symbol, number, kind in zip(made, plain, system.chain().kinds, strict=True):
-            off = as_symbol(symbol).value(values) - number
-            if kind is JointKind.REVOLUTE:
-                off = math.remainder(off, math.tau)
-            assert off == pytest.approx(0.0, abs=1e-5)
-        compared += 1
-    assert compared
 
 
 def test_the_revolute_transporters_end_point_reads_as_equation_2_35():

