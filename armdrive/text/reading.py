@@ -12,7 +12,7 @@ import json
 import re
 import stat
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -39,9 +39,7 @@ LARGEST_BYTES = 300_000
 
 # Levels of tables and lists. No file of ours has more than six.
 DEEPEST = 40
-
-# Characters of one number: more than the largest float has, written out in full.
-LONGEST_NUMBER = 400
+_TOO_DEEP = f"its tables and lists are nested more than {DEEPEST} deep"
 
 # TOML promises integers of 64 bits and no more.
 LARGEST_INTEGER = 2**63 - 1
@@ -49,13 +47,11 @@ LARGEST_INTEGER = 2**63 - 1
 # Windows' editors begin a file with this byte order mark.
 _MARK = "\ufeff"
 
-_TOML_PART = (
-    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|$)'  # several lines, with escapes
-    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|$)"  # several lines, as they are
-    r'|"(?:[^"\\\n]|\\.)*+"?|'
-    r"'[^'\n]*+'?|#[^\n]*+|[A-Za-z0-9_+-]++|[^\s]|\n\s*+"
+# A dotted key that nests too many tables. tomllib takes the square of their number in time, and
+# more, so such a key is refused before it is parsed.
+_DEEP_KEY = re.compile(
+    r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}"""  # DEEPEST
 )
-_JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"?|[A-Za-z0-9_+.-]++|[^\s]', re.DOTALL)
 
 # Makes the error of a caller's kind from its sentence: usually the class itself.
 Failure = Callable[[str], ArmError]
@@ -130,7 +126,8 @@ def read_json(
 
 def parse_toml(text: str, failure: Failure) -> dict[str, Any]:
     """Return the table of a TOML document within the limits of this module."""
-    _require_shallow(_toml_tokens(text), failure)
+    if _DEEP_KEY.search(text):
+        raise failure(_TOO_DEEP)
     try:
         table = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # ValueError: TOMLDecodeError among others
@@ -141,7 +138,6 @@ def parse_toml(text: str, failure: Failure) -> dict[str, Any]:
 
 def parse_json(text: str, failure: Failure) -> Any:
     """Return the value of a JSON document within the limits of this module, NaN being none."""
-    _require_shallow(_JSON_TOKEN.findall(text), failure)
     try:
         value = json.loads(text, parse_constant=_no_constant)
     except (ValueError, RecursionError) as error:
@@ -150,43 +146,15 @@ def parse_json(text: str, failure: Failure) -> Any:
     return value
 
 
-def _toml_tokens(text: str) -> Iterator[str]:
-    """Yield the tokens that tell how deep a document nests, without strings and comments."""
-    for found in re.finditer(_TOML_PART, text, re.DOTALL):
-        if found[0][0] not in "#\"'":
-            yield found[0]
-
-
-def _require_shallow(tokens: Iterator[str] | list[str], failure: Failure) -> None:
-    """Refuse what a parser would need too much memory, time or stack for, before it begins.
-
-    Dots count within one key or header: `a.b.c` nests three tables.
-    """
-    depth = dots = 0
-    for sign in tokens:
-        if sign in "[{":
-            depth += 1
-        elif sign in "]}":
-            depth -= 1
-        elif sign == ".":
-            dots += 1
-        elif sign[0] in "=,\n":
-            dots = 0
-        elif len(sign) > LONGEST_NUMBER and sign[0] in "+-.0123456789":
-            raise failure(f"a number has more than {LONGEST_NUMBER} digits")
-        if depth > DEEPEST or dots > DEEPEST:
-            raise failure(f"its tables and lists are nested more than {DEEPEST} deep")
-
-
 def _require_modest(value: object, failure: Failure) -> None:
-    """Refuse integers beyond 64 bits, and nesting that only shows in the whole document."""
+    """Refuse integers beyond 64 bits, and deep nesting."""
     waiting = [(value, 0)]
     while waiting:
         found, depth = waiting.pop()
         if isinstance(found, int) and abs(found) > LARGEST_INTEGER:
             raise failure("a whole number does not fit into 64 bits")
         if depth > DEEPEST:
-            raise failure(f"its tables and lists are nested more than {DEEPEST} deep")
+            raise failure(_TOO_DEEP)
         if isinstance(found, dict):
             waiting += [(each, depth + 1) for each in found.values()]
         elif isinstance(found, list):
@@ -199,5 +167,5 @@ def _no_constant(word: str) -> NoReturn:
 
 def _without_newlines(error: Exception) -> str:
     if isinstance(error, RecursionError):
-        return "it is nested too deeply"
+        return _TOO_DEEP
     return " ".join(str(error).split())
