@@ -233,16 +233,12 @@ async def test_a_folder_that_cannot_be_written_is_found_before_the_first_questio
     monkeypatch, step
 ):
     path = written()
-
-    def refused(*words, **named):
-        raise OSError(30, "Read-only file system", str(words[-1]))
-
-    monkeypatch.setattr(StateFiles, "create", refused)
+    monkeypatch.setattr(StateFiles, "may_change", lambda files, folder: False)
     config = load_arm(path) if step == "4 check" else None
     async with SetupSession(config) as session:
         await session.choose(step)
         assert isinstance(session.stage, Steps)
-        assert session.text("messages").startswith(f"{path.parent} cannot be used (Read-only")
+        assert session.text("messages").startswith(f"{path.parent} cannot be used (it is not writ")
         assert "make its folder writable" in session.text("messages")
 
 

@@ -161,15 +161,11 @@ def test_a_reversed_motor_is_shown_as_a_change_and_written_only_for_a_real_arm(
 @pytest.mark.parametrize("words", [("config", "signs"), ("config", "limits")])
 def test_nothing_is_connected_for_a_file_that_cannot_be_written(call, monkeypatch, words):
     path = write_arm_file("bench", PLAIN)
-
-    def refused(*words, **named):
-        raise OSError(30, "Read-only file system", str(words[-1]))
-
-    monkeypatch.setattr(StateFiles, "create", refused)
+    monkeypatch.setattr(StateFiles, "may_change", lambda files, folder: False)
     monkeypatch.setattr(arm_trials, "switches_of", lambda config: ())
     monkeypatch.setattr(arm_trials, "trial_arm", None)
     said = call.refused(*words, "bench", code=1)
-    assert said.startswith(f"armdrive: [E002] {path.parent} cannot be used (Read-only")
+    assert said.startswith(f"armdrive: [E002] {path.parent} cannot be used (it is not writable)")
 
 
 def test_the_directions_of_a_file_are_looked_at_later(call):
