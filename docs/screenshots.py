@@ -36,7 +36,6 @@ from tui.app import KeyApp
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.program import ProgramScreen
-from tui.startup import SCREEN_FACTORIES
 from tui.watch import HeldArm, Watching
 
 FOLDER = Path(__file__).parent / "pictures"
@@ -163,7 +162,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
         clock.now_s += KEY_S
         arm.sleep(KEY_S)
 
-    app = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock, memory=memory)
+    app = Desk(arm, braille=True, clock=clock, memory=memory)
     take_every_key(app)
     app.programs = Path(os.environ["ARMDRIVE_HOME"])  # what is taught is written there
     return await keyed(app, keys, pass_by)
@@ -199,7 +198,7 @@ async def program() -> str:
     """Picture a program that is stepped through: it waits before a motion."""
     with standing() as arm:
         clock = Clock()
-        app = Desk(arm, screens=SCREEN_FACTORIES, braille=True, clock=clock)
+        app = Desk(arm, braille=True, clock=clock)
         app.programs = EXAMPLES
         take_every_key(app)
         async with app.run_test(size=SIZE) as pilot:

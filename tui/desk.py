@@ -13,6 +13,7 @@ before another screen or a dialog opens.
 
 from __future__ import annotations
 
+import pkgutil
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -461,6 +462,12 @@ class DeskScreen(Screen[None]):
         return text_of(self, name)
 
 
+def _made(place: str) -> DeskScreen:
+    """Make the screen at a place, `package.module:Name`."""
+    screen: DeskScreen = pkgutil.resolve_name(place)()
+    return screen
+
+
 class Desk(KeyApp):
     """One arm and its screens. Leaving the desk and changing the screen end a jog."""
 
@@ -472,7 +479,6 @@ class Desk(KeyApp):
         self,
         arm: Arm,
         *,
-        screens: Mapping[str, Callable[[], DeskScreen]],
         braille: bool,
         clock: Callable[[], float] = time.monotonic,
         handle_signals: bool = False,
@@ -481,10 +487,7 @@ class Desk(KeyApp):
         first: str = "",
         program: Path | None = None,
     ) -> None:
-        """`screens` makes each screen by its id; `first` is the one to begin at.
-
-        `program` is the file that the program screen begins with.
-        """
+        """`first` is the screen to begin at; `program` is the file of the program screen."""
         if first:  # otherwise a jog screen would be opened before it
             self.DEFAULT_MODE = first  # type: ignore[misc]
         geometry = arm.model.arm
@@ -492,8 +495,8 @@ class Desk(KeyApp):
         self._joint_names = geometry.joint_names
         self.settings = DeskSettings(memory, arm.status, self.pairs, arm.frames)
         super().__init__(keys, braille=braille, look=self.settings.look, clock=clock)
-        for place, screen in screens.items():
-            self.add_mode(place, screen)
+        for entry in SCREENS:
+            self.add_mode(entry.id, partial(_made, entry.screen))
         self.arm = arm
         self._handle_signals = handle_signals
         self.goal: Joints | None = None

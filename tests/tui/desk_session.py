@@ -10,7 +10,6 @@ from armdrive.motion.dead_man import GATE_S, REPEAT_WITHIN_S
 from tui.desk import Desk
 from tui.keys.presses import QUIET_S
 from tui.safety import SafetyPanel
-from tui.startup import SCREEN_FACTORIES
 from tui.widgets import PlainText
 
 FILLS = {"$primary", "$warning", "$error", "$success"}
@@ -58,7 +57,6 @@ class Session(AppSession):
         self.clock = Clock()
         self.desk = Desk(
             self.arm,
-            screens=SCREEN_FACTORIES,
             braille=braille,
             clock=self.clock,
             **{"first": self.first, **more},

@@ -298,29 +298,39 @@ WATCH_KEYS = (
 )  # fmt: skip
 
 
-# The screens of the desk: function keys, palette and help are made from this table. Which class
-# shows which of them is the desk's to say: a `DeskScreen` (desk.py says what that needs).
+# The screens of the desk: function keys, palette and help are made from this table.
 
 
 @dataclass(frozen=True, slots=True)
 class KeyEntry:
-    """One screen: its key, what it is called, and what it is for in a few words."""
+    """One screen: its key, what it is called, and what it is for in a few words.
+
+    `screen` is the place of its `DeskScreen`, which is imported when it is first shown: setting up
+    probes ports, points and programs have a parser.
+    """
 
     id: str
     key: str
     title: str
     summary: str
+    screen: str
 
 
 # The first one is shown first.
 SCREENS = (
-    KeyEntry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line."),
-    KeyEntry("move", "f3", "move", "Type a goal, see what the motion would be, then move."),
-    KeyEntry("points", "f4", "points", "Name places, go back to them, write a program of them."),
-    KeyEntry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors."),
-    KeyEntry("log", "f7", "log", "What passes between the arm and this program, in words."),
-    KeyEntry("program", "f8", "program", "Choose a program, rehearse it, run it, step through it."),
-)
+    KeyEntry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line.",
+             "tui.jog.screen:JogScreen"),
+    KeyEntry("move", "f3", "move", "Type a goal, see what the motion would be, then move.",
+             "tui.move:MoveScreen"),
+    KeyEntry("points", "f4", "points", "Name places, go back to them, write a program of them.",
+             "tui.points:PointsScreen"),
+    KeyEntry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors.",
+             "tui.setup:SetupScreen"),
+    KeyEntry("log", "f7", "log", "What passes between the arm and this program, in words.",
+             "tui.log:LogScreen"),
+    KeyEntry("program", "f8", "program", "Choose a program, rehearse it, run it, step through it.",
+             "tui.program:ProgramScreen"),
+)  # fmt: skip
 
 
 def summary_of(screen: str) -> str:
