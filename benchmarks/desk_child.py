@@ -94,7 +94,6 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
     from tapping import tap
 
     import tui.desk
-    import tui.startup
     from armdrive.cli.runner import CommandEnded, _signals
     from kinematics import Motors
 
@@ -126,7 +125,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
             "message": shown.message,
         }
 
-    tui.startup.Desk = LinedDesk  # type: ignore[attr-defined]
+    tui.desk.Desk = LinedDesk  # type: ignore[attr-defined]
     if rate_hz:
         tui.desk.POLL_S = 1.0 / rate_hz  # type: ignore[attr-defined]
     try:

@@ -14,6 +14,7 @@ before another screen or a dialog opens.
 from __future__ import annotations
 
 import pkgutil
+import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -30,6 +31,7 @@ from textual.screen import Screen
 from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest
 from armdrive.moves import ParkMove
+from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
@@ -64,8 +66,8 @@ from tui.safety import (
     way_out,
     without_link,
 )
-from tui.settings import DeskSettings
-from tui.terminal import KeyUp, on_ending_signals
+from tui.settings import DeskSettings, memory_file
+from tui.terminal import KeyUp, forget_a_closed_terminal, on_ending_signals
 from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
 
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
@@ -577,11 +579,11 @@ class Desk(KeyApp):
             self.link.require(self.current.needs(row))
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
-        """Offer the actions of this screen, actions found by other words, and the themes."""
+        """Offer the actions of this screen, and actions found by other words."""
         del screen
         known = (row for row in self.keys.rows if row.also and not row.counts_at(self.place))
         known = (row for row in known if row.places)
-        return commands((*self.keys.at(self.place), *known), self.action_do_row, self.put_on)
+        return commands((*self.keys.at(self.place), *known), self.action_do_row)
 
     # -- stopping and ending ------------------------------------------------------------------
 
@@ -635,3 +637,46 @@ class Desk(KeyApp):
         except ArmError:
             self.arm.request_stop()  # nobody could read any more that the arm did not confirm
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)
+
+
+# The interpreter lets a thread that computes go on for 5 ms before another one that has been woken
+# may run. A stop passes through three threads, while the one that paints is hardly ever at rest.
+# `benchmarks/desk.py keys` shows what a stop gains by it, `painting` that it costs nothing.
+TURN_S = 0.0005
+
+
+def run_desk(
+    arm: Arm,
+    *,
+    ascii_only: bool = False,
+    keys: Keyboard = DEFAULT_KEYS,
+    first: str = "",
+    hint: str = "",
+    program: Path | None = None,
+) -> int:
+    """Show the desk until the user leaves it, and return the exit code.
+
+    `keys` is the keyboard. `first` is the id of the screen to begin at, instead of the first one;
+    `hint` is the first message, `program` the file that the program screen begins with.
+    However it ends, a stop has been requested; closing the arm remains the caller's duty,
+    except after SIGTERM and SIGHUP, when it is closed at once.
+    """
+    desk = Desk(
+        arm,
+        braille=draws_braille(ascii_only=ascii_only),
+        handle_signals=True,
+        keys=keys,
+        memory=memory_file(),
+        first=first,
+        program=program,
+    )
+    desk.message = desk.message or hint
+    before_s = sys.getswitchinterval()
+    sys.setswitchinterval(TURN_S)
+    try:
+        desk.run_or_raise()
+    finally:
+        sys.setswitchinterval(before_s)
+        arm.request_stop()
+        forget_a_closed_terminal()
+    return desk.return_code or 0

@@ -23,14 +23,13 @@ from tui.keys.keyboard import Keyboard, bindings, label
 from tui.keys.presses import Confirmation
 from tui.keys.table import DeskKey, JogPair
 from tui.safety import bound_text
-from tui.settings import LOOKS
 from tui.widgets import PlainText, TypedText, text_of
 
 # Characters of a text that is typed into a dialog.
 LONGEST = 40
 
-# Returns the text of a dialog for a width and a height.
-DialogWords = Callable[[int, int], str]
+# Returns the text of a dialog for a width.
+DialogWords = Callable[[int], str]
 
 
 class DialogText(PlainText):
@@ -46,7 +45,7 @@ class DialogText(PlainText):
 
 
 class TextDialog(ModalScreen[None]):
-    """A dialog of text, which is made again for each new size and whenever a key changes it.
+    """A dialog of text, which is made again for each new width and whenever a key changes it.
 
     With `typed` there is a line that is typed into, whose text is passed to that function.
     """
@@ -60,13 +59,11 @@ class TextDialog(ModalScreen[None]):
         short: bool = False,
         text: str = "",
         typed: Callable[[str], None] | None = None,
-        choose: Callable[[int], None] | None = None,
     ) -> None:
-        """`short` makes the dialog as high as its text; `choose` goes on by a number of lines."""
+        """`short` makes the dialog as high as its text."""
         super().__init__(classes="search" if typed else "")
         self._words = words
         self._short = short
-        self._choose = choose
         self._typed = typed
         self.typing: TypedText | None = None
         if typed is not None:
@@ -74,30 +71,18 @@ class TextDialog(ModalScreen[None]):
 
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
-        scroll = VerticalScroll(classes="dialog short" if self._short else "dialog")
-        scroll.can_focus = self._choose is None  # else the arrows scroll
-        with scroll:
+        with VerticalScroll(classes="dialog short" if self._short else "dialog"):
             yield DialogText(self._fill)
 
-    def on_resize(self) -> None:
-        """Make the text for another height."""
-        self.call_after_refresh(self._fill)
-
     def _fill(self) -> None:
-        text, height = text_of(self, "dialog-text"), self.query_one(VerticalScroll).size.height
-        if text.content_size.width:
-            text.show(self._words(text.content_size.width, height))
+        text = text_of(self, "dialog-text")
+        if width := text.content_size.width:
+            text.show(self._words(width))
 
     def _take(self, text: str) -> None:
         if self._typed is not None:
             self._typed(text)
         self._fill()
-
-    def action_choose(self, by: int) -> None:
-        """Choose another line, where there is a list."""
-        if self._choose is not None:
-            self._choose(by)
-            self._fill()
 
     def action_clear(self) -> None:
         """Delete the whole text that was typed."""
@@ -115,7 +100,7 @@ def help_dialog(keys: Keyboard, place: str, pairs: Sequence[JogPair]) -> TextDia
     stops = " and ".join(label(key) for key in keys.of("stop")[:2])
     head = f"Keys ({closes} closes; {stops} also stop the arm)"
 
-    def words(width: int, _: int) -> str:
+    def words(width: int) -> str:
         lines = (head, "", *keys.help(place, pairs))
         return "\n".join(row for line in lines for row in folded(line, width))
 
@@ -126,7 +111,7 @@ def first_dialog(keys: Keyboard, status: Status) -> TextDialog:
     """Return a dialog with three facts to know before the first motion."""
     lines = ("Before you move anything", "", *first_facts(keys, status), "",
              f"{keys.label('close')}: understood")  # fmt: skip
-    return TextDialog(lambda *_: "\n".join(lines), short=True)
+    return TextDialog(lambda _: "\n".join(lines), short=True)
 
 
 class PostureScreen(ModalScreen[bool]):
@@ -209,11 +194,9 @@ class StillPalette(CommandPalette):
 
 
 def commands(
-    rows: Iterable[DeskKey],
-    run: Callable[[str], Awaitable[object]],
-    put_on: Callable[[str], None],
+    rows: Iterable[DeskKey], run: Callable[[str], Awaitable[object]]
 ) -> Iterator[SystemCommand]:
-    """Yield the entries of the palette: rows, which `run` takes by their ids, and the looks.
+    """Yield the entries of the palette: rows, which `run` takes by their ids.
 
     Keys that jog are not among them: a motion that a key holds cannot be chosen from a list.
     """
@@ -225,5 +208,3 @@ def commands(
             for name, keys, _ in row.bound:
                 title = f"{row.description or row.id} ({label(keys[0])}): {what}"
                 yield SystemCommand(title, rest, partial(run, name))
-    for look in LOOKS:
-        yield SystemCommand(f"look: {look.name}", look.summary, partial(put_on, look.name))

@@ -19,7 +19,7 @@ from textual.containers import Vertical
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import printable
-from armdrive.errors.table import CatalogueEntry, by_code, found, in_full
+from armdrive.errors.table import by_code, in_full
 from armdrive.status import Status
 from armdrive.trace.entries import EntryKind, Topic
 from armdrive.trace.log import LogFilter, LogLine, LogReader
@@ -27,6 +27,7 @@ from kinematics.text import counted, folded
 from tui.desk import DeskScreen
 from tui.dialogs import TextDialog
 from tui.keys.keyboard import Keyboard, bindings
+from tui.keys.table import STOP
 from tui.widgets import panels
 
 # Lines read at one poll, at most: 2000 a second. Reading them delays a stop by about 5 ms.
@@ -147,27 +148,6 @@ def whole_line(line: LogLine, width: int, keys: Keyboard) -> str:
     return "\n\n".join(_filled(keys.presented(part), width) for part in parts if part)
 
 
-def catalogue_text(
-    rows: Sequence[CatalogueEntry], at: int, width: int, height: int, keys: Keyboard
-) -> str:
-    """Return a list of errors with one chosen, and that one in full below it."""
-    if not rows:
-        return "no error contains these words"
-    below = "\n".join(_filled(keys.presented(part), width) for part in in_full(rows[at]))
-    room = max(height - below.count("\n") - 2, 1)
-    first = min(max(at - room // 2, 0), max(len(rows) - room, 0))
-    listed = (
-        cut(f"{'>' if index == at else ' '} {each.code}  {each.title}", width)
-        for index, each in enumerate(rows[first : first + room], first)
-    )
-    return "\n".join((*listed, "", below))
-
-
-def asked_text(what: str, text: str) -> str:
-    """Return the line in which a search is typed."""
-    return f"{what}: {text}_   (commas between words; space stops the arm)"
-
-
 def nothing_text(sieve: LogFilter) -> str:
     """Return why there is no line in sight."""
     missing = [topic.value for topic in Topic if topic not in sieve.topics]
@@ -178,32 +158,6 @@ def nothing_text(sieve: LogFilter) -> str:
 
 def _filled(text: str, width: int) -> str:
     return "\n".join(folded(text, max(width, 20)))
-
-
-class ErrorSearch:
-    """Every error of the catalogue, found by words; the chosen one in full."""
-
-    def __init__(self, keys: Keyboard, text: str = "") -> None:
-        self._keys = keys
-        self.find(text)
-
-    def find(self, text: str) -> None:
-        """Find the errors with this text."""
-        self._text, self._rows, self._at = text, found(text), 0
-
-    def choose(self, by: int) -> None:
-        """Choose another error."""
-        self._at = min(max(self._at + by, 0), max(len(self._rows) - 1, 0))
-
-    def words(self, width: int, height: int) -> str:
-        """Return what was typed, and the errors that were found."""
-        head = f"{asked_text('errors with', self._text)}\n{self._keys.label('close')}: close\n"
-        room = height - head.count("\n") - 1
-        return f"{head}\n{catalogue_text(self._rows, self._at, width, room, self._keys)}"
-
-    def dialog(self) -> TextDialog:
-        """Return the dialog for it."""
-        return TextDialog(self.words, text=self._text, typed=self.find, choose=self.choose)
 
 
 # In addition to the marks and words that say the same.
@@ -314,9 +268,12 @@ class LogScreen(DeskScreen):
         """Type what all lines must have; the log follows as it is typed."""
         keys = self.desk.keys
 
-        def words(*_: int) -> str:
-            prompt = asked_text("only lines with", self.filter.text)
-            return f"{prompt}\n{keys.label('close')}: done"
+        def words(_: int) -> str:
+            prompt = f"only lines with: {self.filter.text}_"
+            return (
+                f"{prompt}   (commas between words; {keys.label(STOP)} stops the arm)\n"
+                f"{keys.label('close')}: done"
+            )
 
         def find(text: str) -> None:
             self.sieve(LogFilter(self.filter.topics, text))
@@ -332,13 +289,8 @@ class LogScreen(DeskScreen):
         self.chosen = line.number
         closes = f"{keys.label('close')} closes"
         self.desk.open_dialog(
-            TextDialog(lambda width, _: f"{whole_line(line, width, keys)}\n\n{closes}")
+            TextDialog(lambda width: f"{whole_line(line, width, keys)}\n\n{closes}")
         )
-
-    def action_catalogue(self) -> None:
-        """Show all errors."""
-        code = "" if self.line is None else self.line.code
-        self.desk.open_dialog(ErrorSearch(self.desk.keys, code).dialog())
 
     def action_save(self) -> None:
         """Write the recording, and say where it is."""

@@ -17,8 +17,7 @@ from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from waiting import LONG_S, looks, tried
 
 import tui
-from tui.desk import Desk
-from tui.startup import TURN_S
+from tui.desk import TURN_S, Desk
 from tui.terminal import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
