@@ -125,7 +125,7 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
             "message": shown.message,
         }
 
-    tui.desk.Desk = LinedDesk  # type: ignore[attr-defined]
+    tui.desk.Desk = LinedDesk  # type: ignore[misc]
     if rate_hz:
         tui.desk.POLL_S = 1.0 / rate_hz  # type: ignore[attr-defined]
     try:

@@ -31,7 +31,7 @@ from armdrive.status import Evidence
 from armdrive.text.toml import rule_of
 from armdrive.trace.entries import EntryKind
 from kinematics.spaces import POSE_FIELDS
-from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
+from tui.keys.keyboard import DEFAULT_KEYS, as_rows
 from tui.keys.table import SCREENS
 from tui.settings import LOOKS
 
@@ -135,6 +135,14 @@ def _arm_file() -> Iterator[str]:
     yield "```"
 
 
+def _keys() -> Iterator[str]:
+    yield "| id | keys | on screen | does |"
+    yield "|---|---|---|---|"
+    for row in as_rows(DEFAULT_KEYS):
+        keys = " ".join(f"`{key}`" for key in row["keys"])
+        yield f"| `{row['id']}` | {keys} | {row['screen']} | {row['does']} |"
+
+
 def _program_words() -> Iterator[str]:
     """Yield every word, form of a line and function of programs, in a section for each kind."""
     for title, words in language.GROUPS.items():
@@ -188,8 +196,10 @@ PARTS: Mapping[str, Callable[[], Iterable[str]]] = MappingProxyType(
             ("key", "screen", "purpose"),
             ((f"`{each.key}`", each.title, each.summary) for each in SCREENS),
         ),
-        "looks": lambda: _table(("look", ""), ((look.name, look.summary) for look in LOOKS)),
-        "keys": lambda: as_markdown(DEFAULT_KEYS),
+        "looks": lambda: _table(
+            ("look", ""), ((name, summary) for name, (_, summary) in LOOKS.items())
+        ),
+        "keys": _keys,
         "words": _program_words,
         "shell words": lambda: _table(
             ("word", "what it does"), ((f"`{row.pattern}`", row.says) for row in OWN_WORDS.values())

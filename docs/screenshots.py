@@ -36,7 +36,7 @@ from tui.app import KeyApp
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.program import ProgramScreen
-from tui.watch import HeldArm, Watching
+from tui.watch import Watching
 
 FOLDER = Path(__file__).parent / "pictures"
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -71,25 +71,6 @@ class Clock:
     def __call__(self) -> float:
         """Return the time, s."""
         return self.now_s
-
-
-class Held(HeldArm):
-    """A program that drives an arm, and says once how it stands."""
-
-    def __init__(self, arm: Arm) -> None:
-        super().__init__(arm.status.arm)
-        self._view = status_view(arm.status)
-        self.ended = threading.Event()
-
-    def views(self) -> Iterator[Mapping[str, Any]]:
-        """Yield the status, and nothing more until it has ended."""
-        yield self._view
-        self.ended.wait()
-
-    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Do nothing of what is asked."""
-        del request, words
-        return {}
 
 
 async def settle(pilot: Pilot[Any]) -> None:
@@ -226,12 +207,17 @@ async def model(name: str, *keys: str) -> str:
 async def watch() -> str:
     """Picture an arm that another program drives."""
     with standing() as arm:
-        holder = Held(arm)
-        app = Watching(arm.status.arm, arm.model, holder, braille=True)
+        ended = threading.Event()
+
+        def views() -> Iterator[Mapping[str, Any]]:
+            yield status_view(arm.status)
+            ended.wait()
+
+        app = Watching(arm.status.arm, arm.model, views(), lambda *_: {}, braille=True)
         try:
             return await keyed(app, (), lambda: None)
         finally:
-            holder.ended.set()
+            ended.set()
 
 
 def _typed(text: str) -> tuple[str, ...]:

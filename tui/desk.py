@@ -21,12 +21,13 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
 
-from textual import events, on
+from textual import events
 from textual.actions import ActionParseResult
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import Screen
+from textual.widget import Widget
 
 from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest
@@ -35,7 +36,7 @@ from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
 from kinematics.spaces import Joints
-from tui.app import POLL_S, KeyApp, Outcome
+from tui.app import POLL_S, FramedScreen, KeyApp, Outcome
 from tui.arm_view import SpaceView
 from tui.dialogs import PostureScreen, commands, first_dialog
 from tui.jog.jogging import STOPPED, DeskJogging
@@ -68,7 +69,7 @@ from tui.safety import (
 )
 from tui.settings import DeskSettings, memory_file
 from tui.terminal import KeyUp, forget_a_closed_terminal, on_ending_signals
-from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, text_of
+from tui.widgets import ScreenTabs
 
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
 
@@ -82,8 +83,6 @@ class ArmLink:
     def __init__(self, desk: Desk) -> None:
         self.status: Status = desk.arm.status
         """The latest status."""
-        self.paused_at = ""
-        """The screen of this desk that paused the arm; empty if another program did."""
         self._desk = desk
         self._unchecked = False
         """Whether the link was lost, and the arm has not been checked since."""
@@ -117,8 +116,6 @@ class ArmLink:
     def take(self, status: Status) -> None:
         """Store the latest status, and disarm the keys if the arm cannot move any more."""
         before, self.status = self.status, status
-        if before.paused and not status.paused:
-            self.paused_at = ""  # another program may make the next pause
         self.follow_stops()
         if self.lost and not self._unchecked:
             self._unchecked = True
@@ -152,8 +149,8 @@ class ArmLink:
         """Whether there is anything to pause or to resume: a motion, or a program that waits."""
         return self.moves or self.status.paused or self._desk.arm.program is not None
 
-    def switch_pause(self, place: str) -> None:
-        """Pause the arm after its next burst, or resume it; `place` is the screen of the key.
+    def switch_pause(self) -> None:
+        """Pause the arm after its next burst, or resume it.
 
         A pause is made at once. The key may still be held then, so only a later press resumes.
         """
@@ -162,7 +159,6 @@ class ArmLink:
         if self._desk.arm.status.paused:
             self._desk.confirmation.press("resumes", self._desk.arm.resume, needed=1)
             return
-        self.paused_at = place
         self._desk.arm.pause()
         self._desk.confirmation.refuse()
 
@@ -288,20 +284,14 @@ class ArmControl:
         desk.open_dialog(dialog, answered)
 
 
-class DeskScreen(Screen[None]):
-    """One screen of the desk. At first no widget has the focus."""
-
-    AUTO_FOCUS = ""
-    place: ClassVar[str] = ""
-    """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
+class DeskScreen(FramedScreen):
+    """One screen of the desk; `place` is the id of its row in `SCREENS`."""
 
     go: ClassVar[str] = "go"
     """The row of what the screen is for, which is offered first."""
 
     hand: DeskJogging | None = None
     """The jogging of this screen; None if it has no jog keys."""
-
-    _laid_out = False
 
     @property
     def desk(self) -> Desk:
@@ -340,15 +330,10 @@ class DeskScreen(Screen[None]):
         if self.hand is not None:
             self.hand.disarm(reason)
 
-    def compose(self) -> ComposeResult:
-        """Lay out what every screen has around its own middle."""
+    def compose_head(self) -> Iterable[Widget]:
+        """Lay out the tabs and the safety panel."""
         keys = self.desk.keys
-        head = (ScreenTabs(self.place, keys), SafetyPanel(keys))
-        yield from framed(head, self.compose_body())
-
-    def compose_body(self) -> ComposeResult:
-        """Lay out the middle of the screen."""
-        yield from ()
+        return (ScreenTabs(self.place, keys), SafetyPanel(keys))
 
     def arm_panel(self) -> ComposeResult:
         """Lay out the panel in which the arm is drawn."""
@@ -364,30 +349,18 @@ class DeskScreen(Screen[None]):
                 id="space",
             )
 
-    def on_mount(self) -> None:
-        """Note that there is room to show the arm in."""
-        self._laid_out = True
-
-    @on(events.Mount)
-    @on(events.Resize)
-    @on(events.ScreenResume)
-    def _show_soon(self) -> None:
-        """Refresh the screen, fitted to the width."""
-        self.call_after_refresh(self.desk.poll)
-
     def on_screen_suspend(self) -> None:
         """Disarm the keys behind a dialog or another screen."""
         self.desk.confirmation.forget()
         self.disarm("another screen is shown")
 
-    def show(self, status: Status) -> None:
-        """Show this status; called at each poll while this is the current screen."""
-        if not (self._laid_out and self.is_attached):
-            return  # not laid out yet, or already being taken down
+    def show(self) -> None:
+        """Show the latest status."""
         desk, lost, keys = self.desk, self.desk.link.lost, self.desk.keys
+        status = desk.link.status
         program = progress_of(tells() if (tells := desk.arm.program) else {})
         forbids = desk.spoken(
-            banner(status, keys, reconnects=desk.arm.reconnects, paused_at=desk.link.paused_at)
+            banner(status, keys, reconnects=desk.arm.reconnects, place=self.place)
         )
         settings = "" if lost or not self.settings_text else f"{FACT_GAP}{self.settings_text}"
         self.query_one(SafetyPanel).show(
@@ -405,7 +378,7 @@ class DeskScreen(Screen[None]):
         if lost:
             message = f"{without_link(status)}\n{message}".strip()
         rows = desk.keys.next_keys(self.place, self._idle, self.first_keys(status))
-        fill_frame(self, message or self.hint + self._more, rows)
+        self.fill_frame(message or self.hint + self._more, rows)
         self.show_body(status)
 
     @property
@@ -448,20 +421,10 @@ class DeskScreen(Screen[None]):
 
     def action_pause(self) -> None:
         """Pause the arm after its next burst, or resume it."""
-        self.desk.link.switch_pause(self.place)
+        self.desk.link.switch_pause()
 
     def show_body(self, status: Status) -> None:
         """Show this status in the middle of the screen."""
-
-    def show_panel(self, name: str, text: str) -> None:
-        """Show a text in its panel; hide the panel while there is none."""
-        panel = self.text(name)
-        panel.show(text)
-        panel.display = bool(text)
-
-    def text(self, name: str) -> PlainText:
-        """Return one of the screen's texts."""
-        return text_of(self, name)
 
 
 def _made(place: str) -> DeskScreen:
@@ -561,11 +524,6 @@ class Desk(KeyApp):
         """Show a message. The effects of a stop come before its result."""
         self.link.follow_stops()
         super().say(message)
-
-    def show(self) -> None:
-        """Show the latest status on the current screen."""
-        if self.is_running and self.screen_stack:  # otherwise the screens are being removed
-            self.current.show(self.link.status)
 
     def spoken(self, text: str) -> str:
         """Return a text in the words of the desk, with the joints as people write them."""

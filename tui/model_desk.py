@@ -6,14 +6,14 @@ It shows the model in space, and beside it what `armdrive explain` prints of the
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import Screen
+from textual.widget import Widget
 
 from armdrive.render.canvas import draws_braille
 from armdrive.render.figure import ChainFigure, DrawnChain
@@ -24,18 +24,15 @@ from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from kinematics.textbook.systems.named import frame_coordinates
 from kinematics.textbook.worked_example import measures, sections
-from tui.app import KeyApp
+from tui.app import FramedScreen, KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE, NAME_WIDTH, AxisRow, AxisTable
-from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.keyboard import DEFAULT_KEYS, MODEL, Keyboard, bindings
 from tui.keys.table import STOP, VIEW_KEYS, JogPair, pairs_of, spoken
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
-from tui.widgets import PlainText, Span, fill_frame, framed, text_of
+from tui.widgets import PlainText, Span
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
-
-# The place of the rows of a model's screen.
-PLACE = "model"
 
 # The rows of every screen that count here too.
 COMMON = (STOP, "quit", "help", *(row.id for row in VIEW_KEYS))
@@ -43,23 +40,11 @@ COMMON = (STOP, "quit", "help", *(row.id for row in VIEW_KEYS))
 NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
 
 
-class ModelKeyboard(Keyboard):
-    """A keyboard on which nothing has to be armed."""
-
-    def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
-        yield "Jog keys: each press is one step, at once; nothing is armed, as nothing moves."
-        for pair in pairs:
-            keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
-            hand = f"of the hand: {pair.cartesian}" if pair.cartesian else ""
-            joint = f"joint {shown_name(pair.joint)}" if pair.joint else ""
-            yield f"{keys:<17} {', '.join(filter(None, (joint, hand)))}, + and -"
-
-
-def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
+def model_keys(keys: Keyboard = DEFAULT_KEYS) -> Keyboard:
     """Return the rows of a keyboard that a model has, with the keys that they have there."""
     words = {STOP: NOTHING_TO_STOP, "quit": "Leave the model."}
-    rows = keys.only(PLACE, (*COMMON, "close")).rows
-    return ModelKeyboard(
+    rows = keys.only(MODEL, (*COMMON, "close")).rows
+    return Keyboard(
         tuple(
             replace(
                 row,
@@ -168,12 +153,11 @@ class ModelHand:
 NO_ARM = "MODEL ONLY: no arm is connected"
 
 
-class ModelScreen(Screen[None]):
+class ModelScreen(FramedScreen):
     """A model, its worked example, and the keys that move it."""
 
-    place = PLACE
-    AUTO_FOCUS = ""
-    BINDINGS: ClassVar[list[BindingType]] = bindings(PLACE)
+    place = MODEL
+    BINDINGS: ClassVar[list[BindingType]] = bindings(MODEL)
 
     def __init__(self) -> None:
         super().__init__()
@@ -188,8 +172,12 @@ class ModelScreen(Screen[None]):
         """The app that the screen belongs to."""
         return cast("ModelDesk", self.app)
 
-    def compose(self) -> ComposeResult:
-        """Lay the title, the model, its worked example, a remark and the keys out."""
+    def compose_head(self) -> Iterable[Widget]:
+        """Lay out the title."""
+        return (PlainText(id="title"),)
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out: the model on the left, its worked example on the right."""
         drawn = cast("ArmModel", DrawnChain(self._figure))  # a view asks for no more than it has
         left = Vertical(
             SpaceView(drawn, braille=self.desk.braille, id="model-space"),
@@ -198,33 +186,23 @@ class ModelScreen(Screen[None]):
             id="model-left",
         )
         example = VerticalScroll(PlainText(id="example"), id="model-right", can_focus=False)
-        yield from framed([PlainText(id="title")], [Horizontal(left, example, id="model")])
-
-    def on_mount(self) -> None:
-        """Show the model as soon as there is room to show it in."""
-        self.call_after_refresh(self.show)
-
-    def on_resize(self) -> None:
-        """Fit everything to the new size."""
-        self.call_after_refresh(self.show)
+        yield Horizontal(left, example, id="model")
 
     def show(self) -> None:
         """Show the model as it stands."""
-        if not self.is_attached:
-            return
         desk, width = self.desk, self.size.width
         hand, of = desk.hand, desk.hand.study
         size = f"{hand.increment:g}"
         moved = "the hand" if hand.cartesian else "joints"
         step = f"one step is {size}\N{DEGREE SIGN} or {size} mm; keys move {moved}"
-        text_of(self, "title").show(f"{NO_ARM}. {hand.subject.title}"[:width].ljust(width))
+        self.text("title").show(f"{NO_ARM}. {hand.subject.title}"[:width].ljust(width))
         message = f"{step}\n{desk.message}" if desk.message else step
-        fill_frame(self, message, desk.keys.next_keys(PLACE))
+        self.fill_frame(message, desk.keys.next_keys(MODEL))
         self.query_one(SpaceView).show(Moment(self._figure.joints(of.values)))
         self._show_axes("joints", joint_rows(of, hand), driven=not hand.cartesian)
         self._show_axes("hand", axis_rows(of, hand), driven=hand.cartesian)
-        text_of(self, "model-summary").show(self._spoken(_summary(of)))
-        text_of(self, "example").show(*self._example(of))
+        self.text("model-summary").show(self._spoken(_summary(of)))
+        self.text("example").show(*self._example(of))
 
     def _example(self, of: Study) -> Iterator[Span]:
         """Yield the worked example, section by section; words are broken, matrices fit."""
@@ -320,10 +298,6 @@ class ModelDesk(KeyApp):
     def get_default_screen(self) -> ModelScreen:
         """Return the only screen."""
         return ModelScreen()
-
-    def show(self) -> None:
-        """Show the model as it stands."""
-        cast("ModelScreen", self.screen_stack[0]).show()
 
     def action_stop_arm(self) -> None:
         """Close what lies over the model, and say that nothing moves."""

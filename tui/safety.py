@@ -28,7 +28,7 @@ from armdrive.status import (
 )
 from kinematics.text import sentence
 from tui.keys.keyboard import Keyboard
-from tui.keys.table import PAUSE, STOP, Needs, titled
+from tui.keys.table import PAUSE, STOP, Needs
 from tui.widgets import UNKNOWN, PlainText, Span, text_of
 
 # What another program reports about its arm, or about the program it runs, as plain data.
@@ -181,8 +181,8 @@ def hindrance(needs: Needs, status: Status, keys: Keyboard) -> str:
     return f"{NEEDS_POSITION}: press {key} first"
 
 
-def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) -> str:
-    """Say what forbids all motion, and what to do; nothing while nothing does."""
+def banner(status: Status, keys: Keyboard, *, reconnects: bool, place: str) -> str:
+    """Say on the screen `place` what forbids all motion, and what to do; empty if nothing does."""
     if status.state in (State.DISCONNECTED, State.ERROR_STOP):
         reason = (
             coded(status.error, status.error_code)
@@ -197,11 +197,8 @@ def banner(status: Status, keys: Keyboard, *, reconnects: bool, paused_at: str) 
             trying, tail = "", "That moves nothing."
         return f"{reason.rstrip('.')}. {trying}{way}{tail}"
     if status.paused:
-        end = f"{keys.label('stop')} ends the motion"
-        if not paused_at:
-            return f"paused from outside: `armdrive resume` resumes it, {end}."
-        where = f"{keys.label(PAUSE)} on the {titled(paused_at)} screen"
-        return f"paused at this desk: {where} resumes it, {end}."
+        where = "" if keys.row(PAUSE).counts_at(place) else " on the move screen"
+        return f"{keys.label(PAUSE)}{where} resumes it, {keys.label(STOP)} ends the motion."
     if status.speed_override < 1.0:
         share = f"{status.speed_override:.0%}"
         return f"SLOWED from outside to {share}: `armdrive slow 100%` ends that."

@@ -7,6 +7,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TypeVar
 
 from textual.theme import Theme
@@ -145,45 +146,24 @@ HIGH_CONTRAST = Theme(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class DeskTheme:
-    """A theme by the name people choose it by, and what it is for. `theme` is the framework's."""
-
-    name: str
-    theme: str
-    summary: str
-
-
-LOOKS = (
-    DeskTheme("dark", "textual-dark", "Light on dark."),
-    DeskTheme("light", "textual-light", "Dark on light, for a bright room or a projector."),
-    DeskTheme("high-contrast", HIGH_CONTRAST.name, "White on black, few and strong colours."),
-    DeskTheme(
-        "terminal", "ansi-dark", "The sixteen colours that your terminal has, on its own ground."
-    ),
+# The framework's theme of each look by the name people choose it by, and what it is for.
+LOOKS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "dark": ("textual-dark", "Light on dark."),
+        "light": ("textual-light", "Dark on light, for a bright room or a projector."),
+        "high-contrast": (HIGH_CONTRAST.name, "White on black, few and strong colours."),
+        "terminal": ("ansi-dark", "The sixteen colours that your terminal has, on its own ground."),
+    }
 )
 
 # With NO_COLOR set: the only one that sends no colours at all.
-COLOURLESS = LOOKS[3]
-
-
-def look_named(name: str) -> DeskTheme:
-    """Return a look, the first one where there is none of that name."""
-    return next((look for look in LOOKS if look.name == name), LOOKS[0])
-
-
-def look_after(name: str) -> DeskTheme:
-    """Return the next look, after the last one the first."""
-    names = [look.name for look in LOOKS]
-    return LOOKS[(names.index(look_named(name).name) + 1) % len(LOOKS)]
+COLOURLESS = "terminal"
 
 
 # What the desk remembers until the next time, for each arm by itself: what was set on a simulated
 # arm says nothing about a real one. None of it moves anything: the keys begin disarmed.
 
-MOST_BYTES = 65536
-# The desk forgets the arms that it has not seen for the longest time.
-MOST_ARMS = 40
+MOST_BYTES = 65536  # of some four hundred arms; a larger file is nonsense, and begun again
 
 
 @dataclass(frozen=True, slots=True)
@@ -283,11 +263,10 @@ class DeskSettings:
         if self._file is None:
             return
         key, before = arm_key(status), self._found
-        others = [(name, each) for name, each in before.arms.items() if name != key]
         left = {
             name: getattr(getattr(self, part), attribute)
             for name, (part, attribute, _) in REMEMBERED.items()
         }
-        arms = dict([*others[1 - MOST_ARMS :], (key, left)])
+        arms = {**before.arms, key: left}
         with contextlib.suppress(OSError):  # losing these settings does no harm
             remember(self._file, replace(before, look=look, instructed=self.instructed, arms=arms))

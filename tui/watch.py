@@ -8,15 +8,16 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
-from typing import Any, ClassVar, cast
+from typing import ClassVar, cast
 
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.screen import Screen
+from textual.widget import Widget
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
@@ -26,7 +27,7 @@ from armdrive.status import LABEL, STATUS_FIELDS, Current, State, Status, Trust,
 from armdrive.storage.lock_client import ask_holder, follow_holder
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
-from tui.app import POLL_S, KeyApp
+from tui.app import POLL_S, FramedScreen, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, keyboard_of
 from tui.keys.table import STOP
@@ -42,7 +43,7 @@ from tui.safety import (
     titled_arm,
 )
 from tui.settings import memory_file, neighbour, recall
-from tui.widgets import fill_frame, framed, panels, text_of
+from tui.widgets import panels
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -99,59 +100,34 @@ def percent(view: View) -> int:
     return round(override * 100)
 
 
-# The program that drives the arm, and requests to it.
-
-
-class HeldArm:
-    """The program that holds an arm: its reports, and what it is asked for."""
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-
-    def views(self) -> Iterator[Mapping[str, Any]]:
-        """Yield its status whenever it has changed, or its program has come further."""
-        return follow_holder(self._name, POLL_S)
-
-    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where no program answers."""
-        return ask_holder(self._name, request, **words)
-
-
 # The screen, on which nothing moves the arm, and its app.
 
 
-class WatchScreen(Screen[None]):
+class WatchScreen(FramedScreen):
     """A picture and words of what another program says of its arm."""
 
-    AUTO_FOCUS = ""
-    _laid_out = False
+    place = "watch"
 
     @property
     def watching(self) -> Watching:
         """The app that the screen belongs to."""
         return cast("Watching", self.app)
 
-    def compose(self) -> ComposeResult:
-        """Lay the screen out: the arm on the left, words and numbers on the right."""
-        yield from framed([SafetyPanel(self.watching.keys)], self._compose_body())
+    def compose_head(self) -> Iterable[Widget]:
+        """Lay out the safety panel."""
+        return (SafetyPanel(self.watching.keys),)
 
-    def _compose_body(self) -> ComposeResult:
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out: the arm on the left, words and numbers on the right."""
         app = self.watching
         with Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
             with VerticalScroll(id="panels", can_focus=False):
                 yield from panels(program="Program", watched="Status")
 
-    def on_mount(self) -> None:
-        """Show what arrived before the screen was laid out."""
-        self._laid_out = True
-        self.call_after_refresh(self.watching.poll)
-
-    def show(self, view: View, ended: str, message: str) -> None:
+    def show(self) -> None:
         """Show what is known, why it is no longer new, and the last message."""
-        if not (self._laid_out and self.is_attached):
-            return  # not laid out yet, or already being taken down
-        app = self.watching
+        app, view, ended = self.watching, self.watching.view, self.watching.ended
         status, program = status_of(view, app.model) if view else None, view.get("program") or {}
         panel = self.query_one(SafetyPanel)
         if status is None:
@@ -172,10 +148,9 @@ class WatchScreen(Screen[None]):
         line = ""
         if program.get("line"):
             line = f"{program['line']}  {program.get('text') or program.get('act') or ''}"
-        text_of(self, "program").show(line)
-        text_of(self, "program").display = bool(line)
-        text_of(self, "watched").show(lines(view))
-        fill_frame(self, message, app.keys.next_keys("watch", app.idle))
+        self.show_panel("program", line)
+        self.text("watched").show(lines(view))
+        self.fill_frame(app.message, app.keys.next_keys(self.place, app.idle))
         shown = Moment() if status is None else Moment(status.joints, status.gripper_mm)
         self.query_one(SpaceView).show(shown)
 
@@ -196,19 +171,22 @@ class Watching(KeyApp):
         self,
         name: str,
         model: ArmModel,
-        holder: HeldArm,
+        views: Iterable[View],
+        ask: Callable[..., View],
         *,
         braille: bool,
         keys: Keyboard = DEFAULT_KEYS,
         look: str = "",
     ) -> None:
+        """`views` are the reports of the program that drives the arm, `ask` what it is asked by."""
         super().__init__(keys.only("watch", COMMON), braille=braille, look=look)
         self.arm_name = name
         self.model = model
-        self.view: Mapping[str, Any] = {}
+        self.view: View = {}
         self.ended = ""
         self.message = "watching: no key here begins a motion, and leaving does not stop the arm"
-        self._holder = holder
+        self._views = views
+        self._ask_holder = ask
 
     def get_default_screen(self) -> Screen[None]:
         """Return the one screen."""
@@ -223,7 +201,7 @@ class Watching(KeyApp):
     def _receive(self) -> None:
         try:
             ended = GIVEN_BACK
-            for view in self._holder.views():
+            for view in self._views:
                 if not view.keys() >= STATUS_FIELDS.keys():
                     ended = ANOTHER_VERSION
                     break
@@ -245,11 +223,6 @@ class Watching(KeyApp):
         self.input.alive()
         self.act_on_confirmed()
         self.show()
-
-    def show(self) -> None:
-        """Show the latest view, and the last message."""
-        if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
-            self.screen.show(self.view, self.ended, self.message)
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer nothing of the framework's own."""
@@ -287,7 +260,7 @@ class Watching(KeyApp):
 
     def _asked(self, request: str, done: str, words: Mapping[str, object]) -> str:
         try:
-            answer = self._holder.ask(request, **words)
+            answer = self._ask_holder(request, **words)
         except ArmError as error:
             return f"{request.upper()} WAS NOT RECEIVED: {error}. Use the arm's power switch"
         return str(answer.get("error", done))
@@ -301,6 +274,7 @@ def run_watch(name: str, model: ArmModel, *, ascii_only: bool = False) -> int:
     braille = draws_braille(ascii_only=ascii_only)
     left = recall(memory_file())
     keys = keyboard_of(left.layout)
-    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=left.look)
+    views, ask = follow_holder(name, POLL_S), partial(ask_holder, name)
+    app = Watching(name, model, views, ask, braille=braille, keys=keys, look=left.look)
     app.run_or_raise()
     return app.return_code or 0

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import accumulate
 
-from rich.cells import cell_len
 from textual import events
-from textual.app import ComposeResult
-from textual.containers import Container
 from textual.content import Content
 from textual.dom import DOMNode
-from textual.widget import Widget
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
@@ -48,20 +43,9 @@ class PlainText(Static):
     def show(self, *parts: str | Span) -> None:
         """Show these texts from now on, one after the other."""
         spans = tuple(_printable_span(part) for part in parts)
-        if spans == self._spans:
-            return
-        before = self._rows_without_breaks()
-        self._spans = spans
-        same_height = before is not None and before == self._rows_without_breaks()
-        # laying out the screen takes longer than painting it, and each poll of a moving arm changes
-        # several texts, mostly only their numbers
-        self.update(Content.assemble(*spans), layout=not same_height)
-
-    def _rows_without_breaks(self) -> int | None:
-        """Return how many rows the text takes; None if it is empty or a line has to be broken."""
-        lines = self.shown.split("\n")
-        fits = all(cell_len(line) <= self.content_size.width for line in lines)
-        return len(lines) if self.shown and fits else None
+        if spans != self._spans:
+            self._spans = spans
+            self.update(Content.assemble(*spans))
 
     def show_lines(self, lines: Iterable[Span]) -> None:
         """Show lines, each in its own style."""
@@ -255,22 +239,6 @@ class ScreenTabs(KeyLine):
         )
 
 
-def framed(head: Iterable[Widget], body: Iterable[Widget]) -> ComposeResult:
-    """Lay a screen out: what stands above its middle, the middle, a message, the line of keys."""
-    yield from head
-    with Container(id="body"):
-        yield from body
-    yield PlainText(id="messages")
-    yield KeyLine(id="footer")
-
-
-def fill_frame(screen: DOMNode, message: str, rows: Sequence[DeskKey]) -> None:
-    """Show the message and the line of keys of a screen."""
-    text_of(screen, "messages").show(message)
-    footer = screen.query_one("#footer", KeyLine)
-    footer.show_keys(rows, footer.content_size.width)
-
-
 def panels(**titles: str) -> Iterator[PlainText]:
     """Yield a titled panel of text for each id."""
     for name, title in titles.items():
@@ -279,42 +247,8 @@ def panels(**titles: str) -> Iterator[PlainText]:
         yield panel
 
 
-# The lines of a program, with the one that runs lit.
-
-CURRENT_STYLE = "bold reverse $primary"
-DONE_STYLE = "dim"
-WRONG_STYLE = "bold $text-error"
-
-
-@dataclass(frozen=True, slots=True)
-class LinesToShow:
-    """Lines of a program. `current` and `wrong` count from 1, as people count lines.
-
-    `current` is the line that runs, if any; `wrong` are lines with mistakes. Without a current
-    line, the lines are shown from `top` on.
-    """
-
-    lines: Sequence[str] = ()
-    current: int | None = None
-    wrong: Collection[int] = ()
-    top: int = 0
-
-    def spans(self, height: int) -> list[Span]:
-        """Return as many lines as fit: about the current one, else from `top` on."""
-        before = self.top if self.current is None else self.current - 1 - height // 2
-        begin = max(min(before, len(self.lines) - height), 0)
-        shown = self.lines[begin : begin + height]
-        return [self._span(number, line) for number, line in enumerate(shown, begin + 1)]
-
-    def _span(self, number: int, line: str) -> Span:
-        if number == self.current:
-            mark, style = ">", WRONG_STYLE if number in self.wrong else CURRENT_STYLE
-        elif number in self.wrong:
-            mark, style = "!", WRONG_STYLE
-        else:
-            done = self.current is not None and number < self.current
-            mark, style = " ", DONE_STYLE if done else ""
-        return f"{mark}{number:>4}  {line}", style
+# How the line that runs is shown, those before it, and those with a mistake.
+CURRENT_STYLE, DONE_STYLE, WRONG_STYLE = "bold reverse $primary", "dim", "bold $text-error"
 
 
 class ProgramLines(PlainText):
@@ -322,17 +256,31 @@ class ProgramLines(PlainText):
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
         super().__init__(id=id, classes="panel")
-        self._program = LinesToShow()
 
-    def show_program(self, program: LinesToShow) -> None:
-        """Show these lines from now on."""
-        self._program = program
-        self.display = bool(program.lines)
-        self._fill()
+    def show_program(
+        self,
+        lines: Sequence[str] = (),
+        current: int | None = None,
+        wrong: Collection[int] = (),
+        top: int = 0,
+    ) -> None:
+        """Show lines about the `current` one, which runs, or else from `top` on.
 
-    def on_resize(self) -> None:
-        """Show as many lines as fit now."""
-        self._fill()
+        `wrong` are lines with mistakes. Lines count from 1, as people count them.
+        """
+        self.display = bool(lines)
+        height = self.content_size.height
+        before = top if current is None else current - 1 - height // 2
+        begin = max(min(before, len(lines) - height), 0)
+        numbered = enumerate(lines[begin : begin + height], begin + 1)
+        self.show_lines(_program_line(*each, current, wrong) for each in numbered)
 
-    def _fill(self) -> None:
-        self.show_lines(self._program.spans(self.content_size.height))
+
+def _program_line(number: int, line: str, current: int | None, wrong: Collection[int]) -> Span:
+    done = current is not None and number < current
+    mark, style = " ", DONE_STYLE if done else ""
+    if number in wrong:
+        mark, style = "!", WRONG_STYLE
+    if number == current:
+        mark, style = ">", style if number in wrong else CURRENT_STYLE
+    return f"{mark}{number:>4}  {line}", style

@@ -427,7 +427,7 @@ async def test_the_banner_says_what_forbids_motion_and_says_it_once():
         assert command_parser(name, "drive.control_requests:slow").parse_args(words).speed == 1.0
         session.arm.set(paused=True)
         await session.poll()
-        assert "PAUSED  paused from outside" in session.text("banner")
+        assert "PAUSED  p on the move screen resumes it, space ends" in session.text("banner")
         for state, current, badge in PAUSED_IN:
             session.arm.set(state=state, current=Current(current))
             await session.poll()

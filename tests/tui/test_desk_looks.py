@@ -6,9 +6,8 @@ from desk_fake import FakeArm, LoggedArm, unknown_position
 from desk_session import Session
 from waiting import until_seen
 
-from armdrive.status import LinkStats, State
+from armdrive.status import State
 from tui.axes import AxisTable, bar_parts
-from tui.jog.panels import OVER_S
 
 # docs/pictures has the other screens, each at 120x40.
 
@@ -27,7 +26,6 @@ def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
 
 
 LONG = {
-    "link_stats": LinkStats(baud=9600),
     "silent_time_s": 1.25,
     "silent_distance_mm": 120.0,
     "outputs": 0xA5,
@@ -59,8 +57,6 @@ async def test_details_are_shown_on_asking_and_no_line_is_cut(dialect):
                 size = here
                 await session.resize(*size)
             await session.keys(keys)
-            session.clock.now_s += OVER_S
-            await session.settle()
             for name in ALL_PANELS:
                 shown = " ".join(session.text(name).split())
                 painted = session.screen.query_one(f"#{name}").display

@@ -15,7 +15,7 @@ from tui.arm_view import SpaceView
 from tui.keys.keyboard import keyboard_of
 from tui.keys.layouts import LAYOUTS
 from tui.keys.table import TABLE, pairs_of
-from tui.model_desk import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys
+from tui.model_desk import MODEL, NO_ARM, ModelDesk, ModelHand, model_keys
 from tui.widgets import PlainText
 
 
@@ -158,12 +158,12 @@ async def test_every_key_that_moves_the_watcher_moves_him_and_not_the_model():
 def test_the_help_names_every_key_of_a_model_and_no_other():
     keys = model_keys()
     pairs = pairs_of(("theta1", "theta2"), ("x", "y", "z"))
-    listed = "\n".join(keys.help(PLACE, pairs))
-    offered = [row.id for row in keys.next_keys(PLACE)]
+    listed = "\n".join(keys.help(MODEL, pairs))
+    offered = [row.id for row in keys.next_keys(MODEL)]
     for row in TABLE:
-        if row.counts_at(PLACE) and not row.jogs:
+        if row.counts_at(MODEL) and not row.jogs:
             assert row.tooltip in listed
-    assert "e d               of the hand: z, + and -" in listed
+    assert "e d               (Cartesian mode: z)" in listed
     assert "reference" not in listed
     assert "reset" not in offered
     assert "model-solution" in offered

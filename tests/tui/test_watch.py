@@ -1,5 +1,8 @@
 """Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
 
+from functools import partial
+from types import SimpleNamespace
+
 import pytest
 from desk_fake import END, MODEL, FakeArm, FakeHolder, unknown_position
 from desk_session import AppSession
@@ -10,9 +13,11 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
+from armdrive.storage.lock_client import ask_holder, follow_holder
+from tui.app import POLL_S
 from tui.keys.presses import QUIET_S, Confirmation
 from tui.safety import SafetyPanel
-from tui.watch import HeldArm, Watching
+from tui.watch import Watching
 
 
 class Session(AppSession):
@@ -21,7 +26,7 @@ class Session(AppSession):
     def __init__(self, holder, **more):
         self.holder = holder
         self.now_s = 100.0
-        app = Watching("sim", MODEL, holder, braille=True, **more)
+        app = Watching("sim", MODEL, holder.views(), holder.ask, braille=True, **more)
         app.confirmation = Confirmation(lambda: self.now_s)
         super().__init__(app, size=(100, 30))
 
@@ -185,7 +190,10 @@ async def test_an_arm_that_is_really_held_is_watched_and_stopped():
     config = find("sim:teachmover").config
     with connect_remembered(config) as arm:
         assert isinstance(arm, Arm)
-        async with Session(HeldArm(config.name)) as session:
+        held = SimpleNamespace(
+            views=partial(follow_holder, config.name, POLL_S), ask=partial(ask_holder, config.name)
+        )
+        async with Session(held) as session:
             await session.seen(lambda: session.app.view)
             assert "READY" in session.text("state")
             before = arm.stops

@@ -12,7 +12,7 @@ from armdrive import Grasped
 from armdrive.errors import ArmError
 from armdrive.moves import BASE_FRAME, TOOL_FRAME
 from armdrive.registry import DIALECTS
-from armdrive.status import LinkStats, State, Status, Trust, pose_numbers
+from armdrive.status import State, Status, Trust, pose_numbers
 from kinematics.guards.path import least_clearances
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
@@ -151,11 +151,8 @@ def grip_line(gripping: bool | None, force_n: float) -> str:
     return "  ".join(filter(None, (switch, force)))
 
 
-def detail_lines(status: Status, load: float | None) -> str:
-    """Return what a technician asks for: why the position is trusted, motors, inputs, the wire.
-
-    `load` is the share of the wire's capacity in use, None where that is not known.
-    """
+def detail_lines(status: Status) -> str:
+    """Return what a technician asks for: why the position is trusted, motors, inputs, the wire."""
     row = DIALECTS.get(status.dialect)
     lines = (
         f"position {status.trust.value} {status.trust_age}: {status.trust_reason}",
@@ -163,8 +160,7 @@ def detail_lines(status: Status, load: float | None) -> str:
         f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
         _bits("inputs", status.inputs, 0 if row is None else row.abilities.inputs)
         + _bits("outputs", status.outputs, 0 if row is None else row.abilities.outputs),
-        ("" if load is None else f"wire {load:.0%} of {status.link_stats.baud} baud  ")
-        + _if_silent(status),
+        _if_silent(status),
         f"sent {status.last_sent or '-'}",
         f"answer {status.last_answer or '-'}",
     )
@@ -195,29 +191,6 @@ def grasped(found: Grasped) -> str:
     if not found.holding:
         return "the fingers closed on nothing"
     return f"grasped: {mm_text(found.width_mm)} wide, pressed with {found.force_n:.1f} N"
-
-
-# The load is measured over at least this long, so that it does not flicker.
-OVER_S = 1.0
-
-
-class Load:
-    """The share of the wire's capacity in use, from two statuses."""
-
-    def __init__(self) -> None:
-        self._then: LinkStats | None = None
-        self._then_s = 0.0
-        self._load: float | None = None
-
-    def of(self, now: LinkStats, now_s: float) -> float | None:
-        """Return the share of the wire that is used; None where that cannot be known yet."""
-        then = self._then
-        if then is None or then.baud != now.baud or now.sent < then.sent:
-            self._then, self._then_s, self._load = now, now_s, None  # another wire
-        elif now_s - self._then_s >= OVER_S:
-            self._load = now.load(then, now_s - self._then_s)
-            self._then, self._then_s = now, now_s
-        return self._load
 
 
 class AxisPanels:

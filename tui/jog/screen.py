@@ -22,7 +22,6 @@ from tui.desk import Desk, DeskScreen
 from tui.jog.jogging import DeskJogging
 from tui.jog.panels import (
     AxisPanels,
-    Load,
     can_grasp,
     detail_lines,
     grasped,
@@ -100,7 +99,6 @@ class JogScreen(DeskScreen):
         self.action_change_step = self._release_and(settings.change_step)
         self.action_change_speed = self._release_and(settings.change_speed)
         self.axes = AxisPanels(desk, self.hand)
-        self._load = Load()
 
     @property
     def says(self) -> str:
@@ -165,9 +163,8 @@ class JogScreen(DeskScreen):
             status, self.desk.arm.model, joints, without_link(status).partition(";")[0]
         )
         self.text("near").show_lines(near)
-        load = self._load.of(status.link_stats, self.desk.clock())
         if self.text("details").display:
-            self.text("details").show(detail_lines(status, load))
+            self.text("details").show(detail_lines(status))
         self._make_room()
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 

@@ -22,6 +22,13 @@ KEYS_OFFERED = 12
 # Rows that the line of keys offers on every screen.
 KEYS_LAST = ("help", "palette", "quit")
 
+# The place of a model's screen, and how its help begins.
+MODEL = "model"
+MODEL_HELP = (
+    "Jog keys: the first moves by +, the second by -. Each press is one step, at once;",
+    "nothing is armed, as nothing moves.",
+)
+
 # So wide is the column of keys in the help.
 KEYS_WIDTH = 18
 
@@ -133,15 +140,22 @@ class Keyboard:
         return [at_hand[each] for each in ids if each in at_hand]
 
     def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
-        """Yield how to move the arm, then a line for each row that counts on a screen."""
-        yield from self._jog_help(pairs)
+        """Yield what moves, by which keys, then a line for each row that counts on a screen."""
+        yield from MODEL_HELP if place == MODEL else self._arm_help()
+        for pair in pairs:
+            moves = (
+                shown_name(pair.joint),
+                pair.cartesian and f"(Cartesian mode: {pair.cartesian})",
+            )
+            keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
+            yield _line(keys, " ".join(filter(None, moves)))
         for title, of_screen in ((f"On the {titled(place)} screen", True), ("Everywhere", False)):
             yield from ("", title)
             for row in self.at(place):
                 if bool(row.places) is of_screen and not row.jogs:
                     yield _line(" ".join(map(label, row.all_keys)), row.tooltip)
 
-    def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
+    def _arm_help(self) -> Iterator[str]:
         yield f"Move the arm, on the {titled('jog')} screen ({self.label('screen-jog')})"
         yield f"1  {self.label('reference')} tells the desk where the arm is (the reference)."
         yield f"2  {self.label('arm')} arms the keys below; they disarm after 60 s without a key."
@@ -149,9 +163,6 @@ class Keyboard:
         yield f"4  {self.label(STOP)} stops it on every screen, unless the link is lost."
         yield ""
         yield "Jog keys, while armed: the first moves by +, the second by -."
-        for pair in pairs:
-            moves = f"{shown_name(pair.joint)} (Cartesian mode: {pair.cartesian})"
-            yield _line(f"{self.jog(pair.plus)} {self.jog(pair.minus)}", moves)
 
 
 def _line(keys: str, words: str) -> str:
@@ -195,15 +206,6 @@ def as_text(keyboard: Keyboard) -> Iterator[str]:
     """Yield the table line by line."""
     for row in as_rows(keyboard):
         yield f"{row['id']:<15} {' '.join(row['keys']):<15} {row['screen']:<9} {row['does']}"
-
-
-def as_markdown(keyboard: Keyboard) -> Iterator[str]:
-    """Yield the table as documentation has it."""
-    yield "| id | keys | on screen | does |"
-    yield "|---|---|---|---|"
-    for row in as_rows(keyboard):
-        keys = " ".join(f"`{key}`" for key in row["keys"])
-        yield f"| `{row['id']}` | {keys} | {row['screen']} | {row['does']} |"
 
 
 def bindings(place: str, common: Collection[str] = ()) -> list[BindingType]:

@@ -241,9 +241,7 @@ class PointsScreen(DeskScreen):
                 audit_opening(self.desk.arm.config, grip)
             self._write(program, lambda added: added.fingers(grip, speed=speed))
 
-        prompt = "fingers: open, close, grasp, here, or mm"
-        wrong = "not an opening: type open, close, grasp, here, or mm"
-        self._ask(AskedText(prompt, "grasp", append, means=self._grip, wrong=wrong))
+        self._ask(AskedText("fingers: open, close, grasp, here, or mm", "grasp", append))
 
     def action_append_wait(self) -> None:
         """Ask how long the program waits next."""
@@ -253,8 +251,7 @@ class PointsScreen(DeskScreen):
             time_s = number(text)
             self._write(program, lambda added: added.delay(time_s))
 
-        wrong = "not a time: type seconds"
-        self._ask(AskedText("seconds to wait", "1", append, means=number, wrong=wrong))
+        self._ask(AskedText("seconds to wait", "1", append))
 
     def action_take_back(self) -> str | None:
         """Delete the last letter that was typed, or take back what was appended last."""

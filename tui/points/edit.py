@@ -9,7 +9,7 @@ from armdrive.errors import ArmError, BadRequest, PointsChanged
 from armdrive.programs.language import ENDING
 from armdrive.programs.teaching.recording import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
-from armdrive.storage.points import Point, check_name
+from armdrive.storage.points import Point
 from armdrive.text.reading import is_there, read_text
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
@@ -29,35 +29,17 @@ class AskedText:
         take: Callable[[str], None],
         *,
         offered: bool = True,
-        means: Callable[[str], object] = check_name,
-        wrong: str = "a letter first, then letters, digits, - _",
     ) -> None:
-        """`take` uses the text once it is entered.
-
-        `means` raises `BadRequest` for a text without a meaning, and `wrong` says so at once.
-        """
+        """`take` uses the text once it is entered, and raises `BadRequest` if it has no meaning."""
         self.take = take
-        letters = LETTERS - {"."} if means is check_name else LETTERS
-        self.line = TypedText(text, takes=letters.__contains__, offered=offered)
+        self.line = TypedText(text, takes=LETTERS.__contains__, offered=offered)
         self._prompt = prompt
-        self._means = means
-        self._wrong = wrong
 
     def shown(self, keys: Keyboard) -> str:
         """Show the text as it is typed."""
         enter, stop = keys.label("go"), keys.label("stop")
-        return f"{self._prompt}: {self.line.text}_{self._hint}\n{enter} takes it, {stop} drops it"
-
-    @property
-    def _hint(self) -> str:
-        """What to say of the text as it stands: that it can be replaced, or what is wrong."""
-        if self.line.offered:
-            return "  (or type another)"
-        try:
-            self._means(self.line.text or "a")
-        except BadRequest:
-            return f"  ({self._wrong})" if self.line.text else ""
-        return ""
+        hint = "  (or type another)" if self.line.offered else ""
+        return f"{self._prompt}: {self.line.text}_{hint}\n{enter} takes it, {stop} drops it"
 
 
 class PointSelection:

@@ -24,7 +24,7 @@ from tui.keys.keyboard import Keyboard, bindings
 from tui.keys.table import PAUSE, STOP, Needs
 from tui.move.planned import going_text, progress_bar
 from tui.program.running import DeskRun, ProgramFiles, ProgramRehearsal, reason
-from tui.widgets import ChoiceList, LinesToShow, ProgramLines, Span, panels
+from tui.widgets import ChoiceList, ProgramLines, Span, panels
 
 WARN = "$text-warning"
 WRONG = "$text-error"
@@ -174,14 +174,14 @@ class ProgramScreen(DeskScreen):
     def _show_lines(self) -> None:
         panel, checked, run = self.query_one(ProgramLines), self.files.checked, self.run
         if checked is None:
-            panel.show_program(LinesToShow())
+            panel.show_program()
             return
         wrong = frozenset({run.failed_in}) if run.failed_in is not None else checked.wrong
         lit = run.line if run.line is not None else min(checked.wrong, default=None)
         if self._top and not run.busy:
             lit = None  # a page key has scrolled away from it
         panel.border_title = printable(checked.path.name)
-        panel.show_program(LinesToShow(checked.lines, lit, wrong, top=self._top))
+        panel.show_program(checked.lines, lit, wrong, self._top)
 
     def _run_lines(self, status: Status) -> Iterator[Span]:
         run, keys, checked = self.run, self.desk.keys, self.files.checked

@@ -189,9 +189,6 @@ def _seen(program: Program, status: Status) -> object:
 # Lines that a program has printed and that are kept for the screen.
 PRINTS_KEPT = 50
 
-# The screen that pauses a program while it waits for a person.
-PLACE = "program"
-
 
 class DeskRun:
     """The run of a program, or how the last one ended."""
@@ -337,7 +334,6 @@ class DeskRun:
     def hold(self, text: str, over: Callable[[], bool]) -> None:
         """Pause the arm until a key or another program resumes it, or until `over()`."""
         arm = self._desk.arm
-        self._desk.link.paused_at = PLACE
         arm.pause()
         self.asks = text or "the program waits for you"
         try:

@@ -12,12 +12,11 @@ from textual import events
 from armdrive.errors import Refused, Stopped
 from armdrive.motion.dead_man import GATE_S, HOLD_LONGEST_S
 from armdrive.moves import Jog, ParkMove
-from armdrive.status import IN_MOTION, LinkStats, State, Trust
+from armdrive.status import IN_MOTION, State, Trust
 from kinematics.guards.shapes import Box
 from tui.axes import AxisRow, AxisTable
 from tui.jog import panels as tables
 from tui.jog.jogging import MOUSE_HOLDS_S, MOUSE_RENEWS_S, DeskJogging
-from tui.jog.panels import Load
 from tui.safety import stopping_text
 from tui.settings import JogSettings
 
@@ -259,18 +258,8 @@ def test_the_stopping_distance_is_never_shown_shorter_than_it_is(distance_mm, sh
 
 def test_digital_lines_are_told_apart_by_their_numbers():
     status = FakeArm(inputs=0b101, outputs=0b10).status
-    lines = tables.detail_lines(status, None)
+    lines = tables.detail_lines(status)
     assert "inputs 1 . 3 . . . .  outputs . 2 . . . . . ." in lines
-
-
-def test_the_load_of_the_wire_is_that_of_its_busier_direction():
-    load = Load()
-    assert load.of(LinkStats(0, 0, 9600), 0.0) is None
-    assert load.of(LinkStats(10, 5, 9600), 0.5) is None
-    assert load.of(LinkStats(96, 480, 9600), 1.0) == pytest.approx(0.5)
-    assert load.of(LinkStats(96, 480, 9600), 2.0) == 0.0
-    assert load.of(LinkStats(0, 0, 19200), 3.0) is None, "another wire begins anew"
-    assert LinkStats(10, 10, 0).load(LinkStats(), 1.0) is None
 
 
 async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed():

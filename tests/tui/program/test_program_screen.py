@@ -265,7 +265,7 @@ async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
         await session.press("p")
         await session.until(lambda: arm.status.paused)
         assert "PAUSED" in session.text("run")
-        assert "p on the program screen resumes it" in session.text("banner")
+        assert "PAUSED  p resumes it" in session.text("banner")
         await session.press("p", after_s=1.0)
         session.clock.now_s += 0.5
         await session.poll()
