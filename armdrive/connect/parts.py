@@ -26,7 +26,7 @@ from armdrive.motion.plan import SpeedLimits
 from armdrive.registry import dialect, simulate
 from armdrive.runtime.arm_state import Core, alerted
 from armdrive.runtime.clock import Pace, PaceChoice, RealPace, SimulatedClock, pace_of
-from armdrive.runtime.engine import Engine, Received, call_limit_s
+from armdrive.runtime.engine import Engine, call_limit_s
 from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage import files as places
@@ -168,7 +168,6 @@ class _Driven:
             lost=self._lost,
             noticed=self._noticed,
             tracer=core.tracer,
-            received=Received(dialect(core.config.connection.dialect).driver().frames),
             call_limit_s=call_limit_s(core.config.device),
         )
         self.context = MotionContext(self.engine, core)

@@ -13,14 +13,19 @@ from types import MappingProxyType
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.target import FORCE_SIM
-from armdrive.dialects.recognition import Recogniser, comes_back, says_something_readable
-from armdrive.errors import ArmError, DeviceFault, LinkLost, PortUnavailable
+from armdrive.dialects.recognition import (
+    Recogniser,
+    comes_back,
+    excerpt,
+    says_something_readable,
+)
+from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, PortUnavailable
 from armdrive.errors.printable import command_line, reason_of
 from armdrive.motion.connecting import recover
 from armdrive.motion.context import MotionContext, without_reset
 from armdrive.registry import DIALECTS, dialect
 from armdrive.registry.arm_files import port_problem
-from armdrive.runtime.engine import NOT_THE_ANSWER, Engine, excerpt
+from armdrive.runtime.engine import Engine
 from armdrive.tasks import TaskBody
 from armdrive.trace.entries import EntryKind, TraceEntry
 from armdrive.transports import opening, ports
@@ -93,6 +98,7 @@ def lock_names(config: ArmConfig) -> tuple[str, ...]:
 
 MOST_BYTES = 4096  # received bytes that are examined
 MOST_WRITES = 64  # writes that are compared with them, to find an echo
+MOST_IDS = 6  # frame ids listed
 
 
 @cache
@@ -132,9 +138,10 @@ def explained(
     fault: DeviceFault, received: bytes, connection: Connection, sent: Sequence[bytes] = ()
 ) -> DeviceFault:
     """Return the fault with what was received, and how to find out more."""
-    instead = (
-        "" if is_can(connection.port) else _instead(received, connection.dialect, sent, str(fault))
-    )
+    if not is_can(connection.port):
+        instead = _instead(received, connection.dialect, sent)
+    else:
+        instead = _frames_heard(received, connection) if isinstance(fault, NoAnswer) else ""
     sentences = [str(fault).rstrip(".") + ".", instead, _doctor(connection.port)]
     return type(fault)(" ".join(each for each in sentences if each))
 
@@ -144,7 +151,18 @@ def bare(fault: BaseException, connection: Connection) -> str:
     return str(fault).removesuffix(_doctor(connection.port)).rstrip(" .")
 
 
-def _instead(received: bytes, dialect: str, sent: Sequence[bytes], fault: str) -> str:
+def _frames_heard(received: bytes, connection: Connection) -> str:
+    """Return whose frames were received: nodes with other ids than those in the arm file show."""
+    unpacker = dialect(connection.dialect).driver().frames
+    frames = [] if unpacker is None else unpacker().feed(received)
+    ids = list(dict.fromkeys(f"{frame.can_id:X}" for frame in frames))
+    if not ids:
+        return "Nothing was received."
+    more = ", ..." if len(ids) > MOST_IDS else ""
+    return f"Frames were received, but not the answer: ids {', '.join(ids[:MOST_IDS])}{more}."
+
+
+def _instead(received: bytes, dialect: str, sent: Sequence[bytes]) -> str:
     if comes_back(sent, received):
         return (
             "Everything that is sent comes straight back: transmit and receive are connected, or "
@@ -157,10 +175,9 @@ def _instead(received: bytes, dialect: str, sent: Sequence[bytes], fault: str) -
         return f"The device does not speak {dialect}: it is {identity.firmware}{chosen}."
     if not received or identity is not None:
         return ""
-    came = "" if NOT_THE_ANSWER in fault else f": {excerpt(received)}"
     if says_something_readable(received):
-        return f"The bytes received are not in the {dialect} dialect{came}."
-    return f"The bytes received are unreadable{came}; is the baud rate right?"
+        return f"The bytes received are not in the {dialect} dialect: {excerpt(received)}."
+    return f"The bytes received are unreadable: {excerpt(received)}; is the baud rate right?"
 
 
 def _doctor(port: str) -> str:

@@ -18,6 +18,8 @@ from armdrive.tasks import Task, TaskBody
 # A call that should take no time fails after this long.
 PATIENCE_S = 60.0
 
+SLICE_S = 1.0  # how often a wait for a motion looks whether the arm is paused or slowed
+
 T = TypeVar("T")
 
 
@@ -150,20 +152,24 @@ class TaskRunner:
         return await self.finish(self.submit(body, within_s=limit_s), limit_s + PATIENCE_S)
 
     async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
-        """Wait for a task to end; pauses and the speed override extend the timeout."""
-        speed_override = self.core.speed_override
-        simulated, delay_s = not self.pace.real_time, speed_override.delay_s
+        """Wait for a task to end, with a timeout for its motion at full speed.
+
+        The time that the motion waits in a pause does not count, and slowed time counts for less.
+        """
+        speed_override, simulated = self.core.speed_override, not self.pace.real_time
 
         def ended() -> bool:
             if simulated and speed_override.waits and not task.done:
                 speed_override.breathe()
             return task.done
 
-        while not await self.wait(ended, timeout_s):
-            timeout_s, delay_s = speed_override.delay_s - delay_s, speed_override.delay_s
-            if timeout_s <= 0.0:
-                return False
-        return True
+        while timeout_s > 0.0:
+            began_s, share = self.pace.now_s(), speed_override.override
+            if await self.wait(ended, min(timeout_s / share, SLICE_S)):
+                return True
+            if not speed_override.waits:
+                timeout_s -= (self.pace.now_s() - began_s) * share
+        return False
 
     # -- requirements of a call ---------------------------------------------------------------
 

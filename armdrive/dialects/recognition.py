@@ -21,6 +21,14 @@ M = TypeVar("M")
 # Only this many of the last bytes are examined.
 MOST_BYTES = 16384
 
+MOST_SHOWN = 48  # bytes in an excerpt
+
+
+def excerpt(data: bytes, most: int = MOST_SHOWN) -> str:
+    """Return the first bytes as printable text, with terminal control codes escaped."""
+    text = data[:most].decode("latin-1").encode("unicode_escape").decode("ascii")
+    return f"'{text}'{' ...' if len(data) > most else ''}"
+
 
 @dataclass(frozen=True, slots=True)
 class Identity:

@@ -49,8 +49,7 @@ def wait_out_pause(context: MotionContext) -> TaskBody[None]:
     speed_override.waits = True
     try:
         while speed_override.paused and not context.stopping:
-            before_s = context.now_s
-            yield SleepUntil(before_s + PAUSE_POLL_S)
+            yield SleepUntil(context.now_s + PAUSE_POLL_S)
             context.require_no_fault()
             waited_s = context.now_s - began_s
             if waited_s >= speed_override.longest_s:
@@ -58,7 +57,6 @@ def wait_out_pause(context: MotionContext) -> TaskBody[None]:
             if poll_s and context.now_s >= looked_s + poll_s:
                 yield from context.look()
                 looked_s = context.now_s
-            speed_override.note_waited(context.now_s - before_s)
     finally:
         speed_override.waits = False
     if context.stopping:
@@ -84,7 +82,8 @@ def stream_legs(
     while True:
         course = StreamedCourse(context.core, ways)
         segments = course.segments()
-        request = MoveAlong(segments, ahead_s, jog, released or never, held_back=_HeldBack(context))
+        held_back = context.core.speed_override.is_paused
+        request = MoveAlong(segments, ahead_s, jog, released or never, held_back)
         driven = yield from context.stream(request, course)
         if driven and course.still_s:
             yield SleepUntil(context.now_s + course.still_s)
@@ -103,21 +102,6 @@ def stream_legs(
             return False
 
 
-class _HeldBack:
-    """Tells a device whether the arm is paused, and counts the time that it waits."""
-
-    def __init__(self, context: MotionContext) -> None:
-        self._context = context
-        self._since_s = math.inf
-
-    def __call__(self) -> bool:
-        """Return whether nothing may be sent for now."""
-        speed_override, now_s = self._context.core.speed_override, self._context.now_s
-        speed_override.note_waited(max(now_s - self._since_s, 0.0))
-        self._since_s = now_s if speed_override.paused else math.inf
-        return speed_override.paused
-
-
 def _slices(
     context: MotionContext, legs: tuple[MotionSegment, ...], longest_s: float
 ) -> Iterator[Way]:
@@ -131,7 +115,6 @@ def _slices(
             left_s = speed_override.slowed_s(leg.duration_s) * (1.0 - done)
             # the subtraction keeps a rounding error from adding an almost empty slice
             count = max(1, math.ceil(left_s / longest_s - 1e-9))
-            speed_override.note_slowed(leg.duration_s * (1.0 - done) / count)
             done = 1.0 if count == 1 else done + (1.0 - done) / count
             yield leg.start.towards(leg.end, done), left_s / count
 
@@ -295,7 +278,6 @@ def follow_leg(
             continue
         slowed = replace(leg, duration_s=speed_override.slowed_s(leg.duration_s))
         share = next_share(context, slowed, burst_s, done)
-        speed_override.note_slowed(leg.duration_s * share)
         # end exactly on the corner, because the next leg starts there
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import fields, replace
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
@@ -31,7 +31,6 @@ from armdrive.tasks import (
 )
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.link import Link, closed_link
-from kinematics.text import counted
 
 # The time limit of calls that move nothing: connecting, resetting, reading the position. The engine
 # enforces it, whatever arrives on the wire, so that no controller has to.
@@ -57,81 +56,6 @@ def call_limit_s(device: object) -> float:
         if each.name in DEVICE_TIMEOUTS and isinstance(each.default, float) and each.default > 0.0:
             longer = max(longer, getattr(device, each.name) / each.default)
     return CALL_LIMIT_S * longer
-
-
-# What arrived while a call waited for an answer: part of the error if the answer never comes.
-
-MOST_BYTES = 512  # bytes kept, more than any excerpt shows
-MOST_SHOWN = 48  # bytes in an excerpt
-MOST_IDS = 6  # frame ids listed
-NOT_THE_ANSWER = "but not the answer"
-CHECK_SETTINGS = "and that port, baud rate and dialect are right"
-
-
-class ReceivedFrame(Protocol):
-    """A frame with its CAN id."""
-
-    @property
-    def can_id(self) -> int:
-        """The frame's id."""
-
-
-class FrameReader(Protocol):
-    """Splits a stream of bytes into frames."""
-
-    def feed(self, data: bytes) -> Iterable[ReceivedFrame]:
-        """Take bytes; return the frames that they complete."""
-
-
-class Received:
-    """What has arrived since a call began: bytes, or frames if `frames` makes a reader for them."""
-
-    def __init__(self, frames: Callable[[], FrameReader] | None = None) -> None:
-        self._frames = frames
-        self.clear()
-
-    def clear(self) -> None:
-        """Start over, at the beginning of a call."""
-        self.count = 0
-        self._first = bytearray()
-        self._reader = None if self._frames is None else self._frames()
-        self._ids: dict[int, None] = {}
-
-    def add(self, data: bytes) -> None:
-        """Add bytes."""
-        if self._reader is not None:
-            for frame in self._reader.feed(data):
-                self.count += 1
-                if len(self._ids) <= MOST_IDS:
-                    self._ids[frame.can_id] = None
-            return
-        self.count += len(data)
-        self._first += data[: MOST_BYTES - len(self._first)]
-
-    def look_at(self, advice: str) -> str:
-        """Return the advice for a missing answer; if bytes arrived, they may be another dialect."""
-        return advice if self._frames or not self.count else f"{advice}, {CHECK_SETTINGS}"
-
-    def __str__(self) -> str:
-        if not self.count:
-            return "nothing was received"
-        if self._frames:
-            named = [f"{each:X}" for each in list(self._ids)[:MOST_IDS]]
-            more = ", ..." if len(self._ids) > MOST_IDS else ""
-            return (
-                f"{counted(self.count, 'frame was', 'frames were')} received, "
-                f"{NOT_THE_ANSWER}: ids {', '.join(named)}{more}"
-            )
-        return (
-            f"{counted(self.count, 'byte was', 'bytes were')} received, "
-            f"{NOT_THE_ANSWER}: {excerpt(bytes(self._first))}"
-        )
-
-
-def excerpt(data: bytes, most: int = MOST_SHOWN) -> str:
-    """Return the first bytes as printable text, with terminal control codes escaped."""
-    text = data[:most].decode("latin-1").encode("unicode_escape").decode("ascii")
-    return f"'{text}'{' ...' if len(data) > most else ''}"
 
 
 # The engine itself.
@@ -169,15 +93,13 @@ class Engine:
         lost: Callable[[LinkLost], None],
         noticed: Callable[[Alert | Progress], None],
         tracer: FlightRecorder,
-        received: Received,
         call_limit_s: float,
     ) -> None:
         """Take a link, a controller and four callbacks.
 
         `idle(now)` returns the time of its next call and, if there is routine work, a task;
         `stopping` is called while a stop is requested, `lost` when the link is lost, `noticed` with
-        each unsolicited message of the device. `call_limit_s` limits routine work; `received`
-        collects what arrives during a call.
+        each unsolicited message of the device. `call_limit_s` limits routine work.
         """
         self.link = link
         self.controller = controller
@@ -209,7 +131,6 @@ class Engine:
         """The process whose thread calls the engine; None if the callers that wait do."""
         self._broken: ArmError | None = None
         self._proved = True
-        self.received = received
         self.call_limit_s = call_limit_s
         self.reconnect: Callable[[float], float] | None = None
         """Called while the link is lost. May `take` a new link; returns when to call again."""
@@ -285,7 +206,6 @@ class Engine:
             yield
             return
         task.since_s, task.within_s = self.now_s, self.call_limit_s
-        self.received.clear()
         try:
             yield
         finally:
@@ -355,8 +275,6 @@ class Engine:
         if data:
             self.received_s = self.now_s
             self.bytes_received += len(data)
-            if self._limited_task is not None:
-                self.received.add(data)
             self.tracer.received(data)
             self.controller.receive(data, self.now_s)
         self._talk()
@@ -409,22 +327,12 @@ class Engine:
 
     def _no_answer(self, timeout: Timeout) -> NoAnswer:
         """Return the error for a timeout; for a call with a limit, with the whole time it took."""
-        task = self._limited_task
-        if task is None:
-            return NoAnswer(
-                f"{timeout} on {self.link.description}. {timeout.look_at}, then call `reset()`"
-            )
-        timeout = replace(timeout, waited_s=self.now_s - task.since_s)
-        return NoAnswer(
-            f"{timeout} on {self.link.description}: {self.received}. "
-            f"{self.received.look_at(timeout.look_at)}, then call `reset()`"
-        )
-
-    @property
-    def _limited_task(self) -> Task[Any] | None:
-        """The running task, if it has a time limit; only its error says what has arrived."""
         task = self._task
-        return None if task is None or math.isinf(task.within_s) else task
+        if task is not None and math.isfinite(task.within_s):
+            timeout = replace(timeout, waited_s=self.now_s - task.since_s)
+        return NoAnswer(
+            f"{timeout} on {self.link.description}. {timeout.look_at}, then call `reset()`"
+        )
 
     def _count_time(self) -> None:
         """Start the time limits of tasks; a waiting task's starts after another call's motion."""
@@ -483,7 +391,6 @@ class Engine:
             # limited like a call, so that a device that sends endlessly cannot occupy the engine
             task = Task(body, routine=True, within_s=self.call_limit_s)
         self._task, self._wait = task, SleepUntil(-math.inf)
-        self.received.clear()
         self._count_time()
         return True
 

@@ -15,8 +15,6 @@ from kinematics.errors import finite
 # The bounds of a speed override, as a share of the requested speed.
 LEAST_OVERRIDE, FULL = 0.01, 1.0
 
-DELAY_MARGIN = 4.0  # allow a slowed motion this many times the delay that it should have
-
 # On simulated time, a paused arm waits in real time so that another thread can resume it: up to
 # 5 s in short naps. Then simulated time runs on.
 NAP_S = 0.005
@@ -37,7 +35,7 @@ def given_up(waited_s: float) -> WrongState:
 
 
 class SpeedOverride:
-    """The pause and the speed override of one arm, and the delay they have caused."""
+    """The pause and the speed override of one arm."""
 
     def __init__(self) -> None:
         self.paused = False
@@ -46,7 +44,6 @@ class SpeedOverride:
         """Whether any part of the current motion may have been sent slower than planned."""
         self.waits = False
         """Whether a motion is waiting in the pause."""
-        self.delay_s = 0.0
         self.others = False
         """Whether another program or thread can resume the arm."""
         self._naps_left = NAPS
@@ -60,6 +57,10 @@ class SpeedOverride:
     def longest_real_s(self) -> float:
         """How long, in real time, a paused arm waits while no simulated time passes."""
         return LONGEST_PAUSE_S if self.others else NAPS * NAP_S
+
+    def is_paused(self) -> bool:
+        """Return whether the arm is paused, as a condition for a device."""
+        return self.paused
 
     def pause(self) -> None:
         """Make motions wait after their current burst or segment."""
@@ -82,14 +83,6 @@ class SpeedOverride:
     def slowed_s(self, duration_s: float) -> float:
         """Return the duration under the override, given the duration at full speed."""
         return duration_s / self.override
-
-    def note_slowed(self, nominal_s: float) -> None:
-        """Count the delay of a burst or segment, given its duration at full speed."""
-        self.delay_s += DELAY_MARGIN * (self.slowed_s(nominal_s) - nominal_s)
-
-    def note_waited(self, time_s: float) -> None:
-        """Count the time that a motion has waited in a pause."""
-        self.delay_s += time_s
 
     def breathe(self) -> None:
         """Let real time pass in a pause on simulated time: another thread may end the pause."""

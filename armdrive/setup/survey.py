@@ -19,11 +19,11 @@ from armdrive.config.sections import Connection
 from armdrive.connect import parts
 from armdrive.connect.port import bare
 from armdrive.dialects.bus.tools import RESISTORS, Listened, numbers
+from armdrive.dialects.recognition import excerpt
 from armdrive.dialog import Finding, Grade, any_problem, note, ok, parted, problem
 from armdrive.errors import ArmError
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS, likely
-from armdrive.runtime.engine import excerpt
 from armdrive.setup import prober
 from armdrive.setup.ports import ClosedPort, lines_of
 from armdrive.setup.prober import Examination

@@ -30,7 +30,7 @@ from armdrive.connect.target import find, simulated_config, state_file
 from armdrive.dialects.recognition import comes_back
 from armdrive.dialects.teachmover.controller import HARMLESS_LINE
 from armdrive.dialog import Grade
-from armdrive.errors import DeviceFault, SettingsDiffer
+from armdrive.errors import DeviceFault, NoAnswer, SettingsDiffer
 from armdrive.errors.printable import command_line
 from armdrive.motion import connecting
 from armdrive.registry import DIALECTS, simulate
@@ -44,6 +44,7 @@ from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol import armdroid
 from firmware_protocol.armdroid import Device as ArmdroidDevice
 from firmware_protocol.armdroid import Host as ArmdroidHost
+from firmware_protocol.frames import Frame, pack
 
 NOWHERE = "/dev/ttyNOWHERE"
 TWO_LINES = f'model = "teachmover"\n[connection]\nport = "{NOWHERE}"\n'
@@ -219,12 +220,7 @@ def test_the_wrong_dialect_moves_nothing_and_is_reported(asked, there, same_baud
         ("armdroid", b"\xaa\x02\x02\x01\x01\xa9\x03", "set the dialect to robko01"),
         ("teachmover", b"0,0,0,0,0,0,0\r", "Robko 01 retrofit, in its text mode"),
         ("teachmover", b"\x00\x80\xe0\x00\xf8", "is the baud rate right?"),
-        ("teachmover", b"hello, who is there?\r\n", "answer: 'hello, who is there?"),
-        (
-            "teachmover",
-            b"hello, who is there?\r\n",
-            "The bytes received are not in the teachmover dialect. ",
-        ),
+        ("teachmover", b"hello, who is there?\r\n", "dialect: 'hello, who is there?"),
         ("teachmover", b"@,d,,,", "The bytes received are not in the teachmover dialect"),
     ],
 )
@@ -274,8 +270,10 @@ def test_an_arm_that_is_found_by_its_number_alone_has_no_port_to_name(port, name
 
 def test_a_bus_is_looked_at_by_the_survey_of_buses():
     connection = Connection("mks", "can:slcan:/dev/ttyACM0?bitrate=500000")
-    sentence = str(explained(DeviceFault("no answer"), b"\xc5\x08\x00\x01", connection))
-    assert "baud rate" not in sentence
+    heard = pack(Frame(0x701, b"\x05")) * 2 + pack(Frame(0x81))
+    sentence = str(explained(NoAnswer("no answer"), heard, connection))
+    assert "but not the answer: ids 701, 81" in sentence
+    assert "Nothing was received" in str(explained(NoAnswer("no answer"), b"", connection))
     assert "`armdrive doctor --can 'slcan:/dev/ttyACM0?bitrate=500000'`" in sentence
 
 

@@ -26,7 +26,7 @@ from armdrive.programs.running import Performer
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import overrides
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
-from armdrive.runtime.engine import CALL_LIMIT_S, Engine, Received, call_limit_s, excerpt
+from armdrive.runtime.engine import CALL_LIMIT_S, Engine, call_limit_s
 from armdrive.runtime.overrides import LONGEST_PAUSE_S, NAPS
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import Current, State
@@ -210,11 +210,7 @@ THREE = amount(["teachmover", "grbl", "cia402"], list(DIALECTS))
 
 AFTER_S = 3.0
 """What has been waited for in a motion before its look is answered by nobody: a few exchanges."""
-FOUND = re.compile(
-    r"within (\d+\.\d) s on .*: (nothing was received"
-    r"|\d+ bytes? (?:was|were) received, but not the answer: '.*'"
-    r"|\d+ frames? (?:was|were) received, but not the answer: ids [0-9A-F, ]+)"
-)
+FOUND = re.compile(r"within (\d+\.\d) s on ")
 
 
 def ready(dialect: str) -> tuple[Arm, Pace]:
@@ -246,7 +242,7 @@ CALLS_ON_ENDLESS_WIRES = {
 
 
 def told(error: ArmError, took_s: float) -> None:
-    """Check that a silence tells what was received, and the time that it really took."""
+    """Check that a silence tells the time that it really took."""
     found = FOUND.search(str(error))
     assert found, str(error)
     assert float(found[1]) == pytest.approx(took_s, abs=0.06)
@@ -255,7 +251,7 @@ def told(error: ArmError, took_s: float) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("dialect", THREE)
-def test_connecting_ends_on_time_and_quotes_what_was_received(dialect, kind):
+def test_connecting_ends_on_time(dialect, kind):
     wire, pace = wire_to(dialect)
     wire.spoil(kind)
     if kind == "answering at the last moment":
@@ -357,36 +353,6 @@ def test_an_arm_file_that_has_its_device_waited_for_longer_gets_more_time():
     assert call_limit_s(replace(settings, boot_s=3.0 * settings.boot_s)) == 3.0 * CALL_LIMIT_S
     assert call_limit_s(replace(settings, boot_s=0.5)) == CALL_LIMIT_S
     assert call_limit_s(None) == CALL_LIMIT_S
-
-
-def test_received_bytes_are_described():
-    heard = Received()
-    assert str(heard) == "nothing was received"
-    assert heard.look_at("the cable") == "the cable"
-    heard.add(b"\x1b]0;owned\x07")
-    assert str(heard) == "10 bytes were received, but not the answer: '\\x1b]0;owned\\x07'"
-    assert "baud rate" in heard.look_at("the cable")
-    heard.add(b"x" * 100_000)
-    assert str(heard).startswith("100010 bytes were received")
-    assert len(str(heard)) < 200
-    heard.clear()
-    assert str(heard) == "nothing was received"
-
-
-def test_received_frames_are_reported_by_their_ids():
-    heard = Received(Unpacker)
-    heard.add(pack(Frame(0x701, b"\x05")))
-    assert str(heard) == "1 frame was received, but not the answer: ids 701"
-    for can_id in range(0x10, 0x30):
-        heard.add(pack(Frame(can_id)))
-    assert str(heard).endswith("ids 701, 10, 11, 12, 13, 14, ...")
-    assert heard.look_at("the bus") == "the bus"
-
-
-def test_an_excerpt_holds_nothing_that_a_terminal_obeys():
-    every = bytes(range(256))
-    assert excerpt(every, 256).isprintable()
-    assert excerpt(every, 256).isascii()
 
 
 @pytest.mark.parametrize("kind", ["silent", "flooding with noise", "dripping"])

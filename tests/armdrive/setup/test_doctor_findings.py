@@ -11,12 +11,11 @@ from pages import page
 
 from armdrive.config.sections import Connection
 from armdrive.connect.control_socket import serve_stop
-from armdrive.dialects.recognition import Identity
+from armdrive.dialects.recognition import Identity, excerpt
 from armdrive.dialog import Grade, WrongAnswer, any_problem
 from armdrive.errors import PortUnavailable
 from armdrive.registry import DIALECTS, simulate
 from armdrive.registry.arm_files import arm_path, load_arm
-from armdrive.runtime.engine import excerpt
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup import survey as after
