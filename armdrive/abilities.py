@@ -95,15 +95,6 @@ class Budget:
     jog_burst_s: float
     planned_burst_s: float
 
-    def moving_share(self, traffic: Traffic, baud: int, queued: int) -> float:
-        """Return the share of the time in which a planned motion moves, as the wire allows.
-
-        It is 1 if the device keeps moving while lines are on the wire.
-        """
-        if queued:
-            return min(1.0, self.planned_burst_s / SEGMENTS_AHEAD / traffic.line_s(baud))
-        return self.planned_burst_s / (self.planned_burst_s + traffic.exchange_s(baud))
-
 
 def budget(
     traffic: Traffic,

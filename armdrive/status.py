@@ -76,10 +76,10 @@ class SchedulingJitter:
     late: int = 0
     worst_s: float = 0.0
 
-    @property
-    def punctual(self) -> bool:
-        """Whether at most one deadline in a hundred was met late."""
-        return self.late <= self.count / 100
+    def after(self, late_s: float) -> SchedulingJitter:
+        """Count a deadline that was met `late_s` late; early ones count as punctual."""
+        late = self.late + (late_s > LATE_S)
+        return SchedulingJitter(self.count + 1, late, max(self.worst_s, late_s))
 
     def __str__(self) -> str:
         if not self.count:
@@ -91,25 +91,6 @@ class SchedulingJitter:
 
 
 NEVER_WOKEN = SchedulingJitter()
-
-
-@dataclass(slots=True, eq=False)
-class Lateness:
-    """The deadlines of one thread, which alone may change it."""
-
-    count: int = 0
-    late: int = 0
-    worst_s: float = 0.0
-
-    def add(self, late_s: float) -> None:
-        """Count a deadline that was met `late_s` late; early ones count as punctual."""
-        self.count += 1
-        self.late += late_s > LATE_S
-        self.worst_s = max(self.worst_s, late_s)
-
-    def view(self) -> SchedulingJitter:
-        """Return a summary of the deadlines so far."""
-        return SchedulingJitter(self.count, self.late, self.worst_s)
 
 
 def _ms(time_s: float) -> str:

@@ -2,7 +2,7 @@
 
 A long path at full speed, of lines and arcs with blends, or one joint motion where the driver may
 draw no line. From when the physical arm begins to move to when it last stops: for which share of
-the time motors turn, beside what the wire alone would allow (`budget.moving_share`); how much of
+the time motors turn, beside what the wire alone would allow (`expected_share`); how much of
 the wire each way is used; how long the arm stands between bursts. A device that queues should not
 stand at all: each standstill is an underrun, and exit code 1.
 
@@ -21,7 +21,7 @@ from typing import ClassVar
 from feel import Figures, Measured, Options, report
 from feel_benches import DenseMemoryBench, DensePtyBench, knows_lines
 
-from armdrive.abilities import BITS_A_BYTE, Budget
+from armdrive.abilities import BITS_A_BYTE, segment_s
 from armdrive.arm import Arm
 from armdrive.arm.connected import Handle
 from armdrive.motion.execute import Moved
@@ -124,9 +124,11 @@ def trip(bench: DenseMemoryBench | DensePtyBench, arm: Arm, wire: Counted, *, qu
 
 def expected_share(arm: Arm) -> float:
     """Return the share of the time in motion that the wire allows."""
-    able, motion = arm.abilities, arm.config.motion
-    lengths = Budget(motion.jog_burst_s, motion.planned_burst_s)
-    return lengths.moving_share(able.traffic, arm.config.connection.baud, able.queued_segments)
+    able, burst_s = arm.abilities, arm.config.motion.planned_burst_s
+    baud = arm.config.connection.baud
+    if able.queued_segments:
+        return min(1.0, segment_s(burst_s) / able.traffic.line_s(baud))
+    return burst_s / (burst_s + able.traffic.exchange_s(baud))
 
 
 def measure(options: Options, dialect: str) -> Iterator[Figures]:

@@ -200,7 +200,7 @@ class ControllerMemory(ArmPart):
         each row's number once the row is in the arm; `report` must not block. Raises `Refused` if
         the program was read under a different reference, so that its rows now mean other places
         (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
-        `leave_others`. If writing ends early, `ProgramHalfWritten` names the rows in the arm.
+        `leave_others`. If writing ends early, raises `ProgramHalfWritten`.
         """
         self._pendant_tools()
         program.require_fitting(self._core.controller.abilities.program_rows)

@@ -21,7 +21,6 @@ from armdrive.motion import reference as reference_tasks
 from armdrive.motion.execute import Moved
 from armdrive.motion.plan import audit_opening
 from armdrive.motion.reference import (
-    Drift,
     Verdict,
     Verified,
     confirmed_posture,
@@ -37,7 +36,7 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event
 from armdrive.runtime.stop_bounds import homing_bound
 from armdrive.status import Evidence, State, Trust, bound_words
-from armdrive.storage.record import last_entry, write_down
+from armdrive.storage.record import write_down
 from armdrive.tasks import listed
 from armdrive.trace.recorder import traced
 from kinematics.limits import refuse_worst
@@ -48,11 +47,6 @@ T = TypeVar("T")
 GroupReport = Callable[[tuple[str, ...]], None]
 
 Accept = bool | Callable[[Verified], bool]
-
-SAME_DRIFT = (
-    "as much as the last time: slack or wrong numbers in the arm file rather than lost steps, "
-    "which differ from time to time"
-)
 
 
 def homes_by_switches(config: ArmConfig) -> bool:
@@ -200,19 +194,10 @@ class ArmReference(ArmPart):
         truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
         drift = drift_between(self._config.model, position, truth)
         verdict = judge(drift, reference)
-        repeated = verdict is Verdict.DRIFT and self._same_as_last(drift)
-        note = SAME_DRIFT if repeated else ""
-        found = Verified(verdict, drift, accepted=False, found=drift.words(transmission), note=note)
+        found = Verified(verdict, drift, accepted=False, found=drift.words(transmission))
         if not drift.steps.largest or not _taken(found, accept):
             return found
         return replace(found, accepted=True)
-
-    def _same_as_last(self, drift: Drift) -> bool:
-        """Return whether the last verification found the same drift and was accepted."""
-        if (logbook := self._parts.logbook) is None:
-            return False
-        last = last_entry(logbook, self._config.calibration) or {}
-        return bool(last.get("accepted")) and last.get("steps") == list(drift.steps)
 
     async def _conclude(self, request: MarkRequest, verified: Verified) -> None:
         if verified.accepted:
@@ -231,9 +216,7 @@ class ArmReference(ArmPart):
         try:
             write_down(logbook, verified_view(verified), self._config.calibration, reference)
         except OSError as error:
-            unwritten = f"the logbook could not be written: {reason_of(error)}"
-            note = f"{verified.note}; {unwritten}" if verified.note else unwritten
-            return replace(verified, note=note)
+            return replace(verified, note=f"the logbook could not be written: {reason_of(error)}")
         return verified
 
 

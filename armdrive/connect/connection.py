@@ -62,7 +62,7 @@ class ArmConnection:
     def status(self) -> Status:
         """A frozen snapshot of the arm."""
         with self.pace.lock:
-            jitter = self.pace.lateness.view()
+            jitter = self.pace.lateness
             return self.core.status(
                 self.engine, simulated=self._simulated, scheduling_jitter=jitter
             )

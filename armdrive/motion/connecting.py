@@ -1,6 +1,6 @@
 """Connecting an arm, its motor current and its errors, idle polling, and a link that came back.
 
-Here is decided what a saved position is worth when an arm connects (`_take_up_record`), what an
+Here is decided what a saved position is worth when an arm connects (`_believe_record`), what an
 arm may believe after a lost link (`recover`), and when a standing arm is polled and its position is
 saved (`Idling`). Nothing here moves the arm.
 """
@@ -27,6 +27,7 @@ from armdrive.motion.device import compare_again, compare_settings
 from armdrive.runtime.arm_state import LOCKED, RECONNECTED, Core, Message
 from armdrive.runtime.states import Belief, Event, after
 from armdrive.status import Current, Evidence, State, Trust
+from armdrive.storage.record import Record
 from armdrive.tasks import (
     ClearFault,
     Done,
@@ -51,11 +52,14 @@ def connect(context: MotionContext) -> TaskBody[None]:
 
 def _connect(context: MotionContext) -> TaskBody[None]:
     core = context.core
+    record = _believe_record(context)
     registers = yield from _meet(context)
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
-    _take_up_record(context, registers)
-    _apply_early_alert(context)
+    _take_up_position(context, record, registers)
+    if core.error.words:  # reported meanwhile: a notice, because connecting latches no error
+        core.report(core.error.words, core.error.code)
+        core.error = Message()
     core.memory.taken_up()  # only now: a failed connection leaves the record as it was
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # otherwise registers that match by chance later would be trusted again
@@ -82,42 +86,40 @@ def _compared(context: MotionContext, registers: Registers, same: bool) -> Evide
     return None if same else Evidence.RECORD_DIFFERS
 
 
-def _take_up_record(context: MotionContext, registers: Registers) -> None:
+def _believe_record(context: MotionContext) -> Record | None:
+    """Take up the trust of the saved position; return its record, if there is one to compare.
+
+    This comes before the first exchange, so that whatever the device reports is evidence about
+    that position.
+    """
     core = context.core
-    core.position.found(registers)
     try:
         record = core.memory.load(
-            core.config.name, core.config.calibration, len(registers.positions)
+            core.config.name, core.config.calibration, core.controller.abilities.motors
         )
     except StateFileError as error:
         core.learn(Evidence.RECORD_UNUSABLE, context.now_s, str(error))
-        return
+        return None
     if record is None or record.trust == Trust.UNKNOWN.value:
         core.learn(Evidence.NO_RECORD, context.now_s)
-    else:
-        same = core.position.restore(record, registers.positions)
-        core.learn(Evidence.RECORD_MATCHES, context.now_s)
-        if record.trust == Trust.SUSPECT.value:
-            core.belief = Belief(Trust.SUSPECT, record.reason, context.now_s)
-        against = _compared(context, registers, same)
-        if record.in_motion:  # this also explains why the registers differ
-            core.learn(Evidence.ENDED_IN_MOTION, context.now_s)
-        elif against is not None:
-            core.learn(against, context.now_s)
+        return None
+    core.learn(Evidence.RECORD_MATCHES, context.now_s)
+    if record.trust == Trust.SUSPECT.value:
+        core.belief = Belief(Trust.SUSPECT, record.reason, context.now_s)
+    if record.in_motion:
+        core.learn(Evidence.ENDED_IN_MOTION, context.now_s)
+    return record
 
 
-def _apply_early_alert(context: MotionContext) -> None:
-    """Apply what the device reported by itself before the record was read.
-
-    It is a notice, because connecting latches no error.
-    """
+def _take_up_position(context: MotionContext, record: Record | None, registers: Registers) -> None:
     core = context.core
-    if core.early_evidence is not None:
-        evidence, words = core.early_evidence
-        core.learn(evidence, context.now_s, words)
-    if core.error.words:
-        core.report(core.error.words, core.error.code)
-        core.error = Message()
+    core.position.found(registers)
+    if record is None:
+        return
+    same = core.position.restore(record, registers.positions)
+    against = _compared(context, registers, same)
+    if against is not None and not record.in_motion:  # which also explains why they differ
+        core.learn(against, context.now_s)
 
 
 def disable(context: MotionContext) -> TaskBody[None]:

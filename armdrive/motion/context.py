@@ -69,7 +69,7 @@ class MotionContext:
         self.core = core
         self.looked_s = -math.inf
         """Time of the latest reading of the registers."""
-        self.deviation_mm = self.slow_s = self.total_s = 0.0
+        self.deviation_mm = 0.0
 
     @property
     def now_s(self) -> float:
@@ -87,15 +87,11 @@ class MotionContext:
 
     def request(self, request: Request) -> TaskBody[Reply]:
         """Send a request and return the reply. A timeout faults the arm."""
-        sent_s = self.now_s
         try:
             reply: Reply = yield Exchange(request)
         except NoAnswer as error:
-            # a controller that reports its motion and has replied since obeyed, then fell silent
-            reports = self.core.controller.abilities.reports_while_moving
-            replied = reports and self.engine.received_s > sent_s
-            unanswered = isinstance(request, MoveBy | MoveAlong | HomeDevice) and not replied
-            self.core.learn(Evidence.ANSWER_LOST if unanswered else Evidence.SILENT, self.now_s)
+            moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
+            self.core.learn(Evidence.ANSWER_LOST if moves else Evidence.SILENT, self.now_s)
             self.core.fault(error)
             raise
         return reply
@@ -316,7 +312,6 @@ class MotionContext:
         core.position.stands()
         reply = yield from self.driven(request)
         self.deviation_mm = max(self.deviation_mm, course.deviation_mm)
-        self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):
             yield from self._ended(reply, course.passes)
             return False
@@ -462,8 +457,7 @@ class StreamedCourse:
 
     A pause ends the segments. `exhausted` is true if the whole way was drawn before that, and
     `left` is the rest of a segment that the pause has interrupted. A way of `LONGEST_STILL_S`
-    without a step ends them too: then the caller waits for `still_s`, and goes on. `slow_s` of the
-    `total_s` of motion are slower than the device can turn its motors without stopping in between.
+    without a step ends them too: then the caller waits for `still_s`, and goes on.
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
@@ -472,9 +466,7 @@ class StreamedCourse:
         self.exhausted = False
         self.still_s = 0.0
         self.deviation_mm = 0.0
-        self.slow_s = self.total_s = 0.0
         self._core = core
-        self._slowest_hz = core.controller.usable_rate_hz(0.0)
         self._ways = ways
         self._low = self._high = self._at = core.position.acknowledged
         self._before = core.position.commanded
@@ -498,7 +490,7 @@ class StreamedCourse:
             if not steps.largest:
                 waited_s += duration_s
                 if waited_s > LONGEST_STILL_S:
-                    self._stand_for(waited_s)
+                    self.still_s = waited_s
                     return
                 continue
             duration_s, waited_s = duration_s + waited_s, 0.0
@@ -506,11 +498,6 @@ class StreamedCourse:
             self._low = Motors(map(min, self._low, target))
             self._high = Motors(map(max, self._high, target))
             yield from self._drawn(steps, steps.largest / duration_s)
-
-    def _stand_for(self, time_s: float) -> None:
-        """End the segments for a time in which no motor makes a step."""
-        self.still_s = time_s
-        self.total_s, self.slow_s = self.total_s + time_s, self.slow_s + time_s
 
     def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
         """Yield the segment for some steps, with the backlash of reversing motors."""
@@ -522,8 +509,6 @@ class StreamedCourse:
             beside_mm = deviation_mm(core.config, here, lags(steps, found[0].steps))
             self.deviation_mm = max(self.deviation_mm, beside_mm)
         for index, piece in enumerate(found):
-            self.total_s += piece.duration_s
-            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
             self._before, self._pending = core.position.commanded, found[index:]
             core.position.sends(piece.steps)
             yield piece

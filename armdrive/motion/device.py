@@ -12,7 +12,6 @@ from armdrive.errors import (
     ArmError,
     BadRequest,
     DeviceFault,
-    LinkLost,
     NoAnswer,
     ProgramHalfWritten,
     Refused,
@@ -36,6 +35,7 @@ from armdrive.tasks import (
     WriteRow,
     unreported,
 )
+from kinematics.text import counted
 
 # The settings of the device.
 
@@ -135,15 +135,15 @@ def write_program(
             "new program: clear them at the pendant, or allow them to stay"
         )
     missing = [row for row in rows if row not in before]
-    written: list[int] = []
+    written = 0
     try:
         for row in missing:
             yield from _write_row(context, row)
-            written.append(row[0])
+            written += 1
             report(row[0])
         after = yield from read_program(context)
     except ArmError as error:
-        raise _half(error, written, missing) from error
+        raise _half(error, written, len(missing)) from error
     _compare(rows, before, after)
     return len(missing)
 
@@ -186,21 +186,11 @@ def _compare(rows: Sequence[Row], before: Sequence[Row], after: Sequence[Row]) -
         )
 
 
-def _half(error: ArmError, written: list[int], missing: Sequence[Row]) -> ArmError:
-    """Return the error of an incomplete write, which lists the rows that are in the arm."""
-    under_way = tuple(row[0] for row in missing[len(written) : len(written) + 1])
-    rest = tuple(row[0] for row in missing[len(written) + 1 :])
-    is_in = f"{named_rows(written)} in the arm" if written else "nothing new in the arm"
-    doubt = f", {named_rows(under_way)} perhaps" if under_way else ""
-    old = f"; {named_rows(rest)} as before" if rest else ""
-    remedy = (
-        "plug in, connect again and write again" if isinstance(error, LinkLost) else "write again"
-    )
-    words = (
-        f"the program was not written completely: {is_in}{doubt}{old}. To complete it, {remedy}. "
-        f"The cause: {error}"
-    )
-    return (Stopped if isinstance(error, Stopped) else ProgramHalfWritten)(words)
+def _half(error: ArmError, written: int, missing: int) -> ArmError:
+    """Return the error of an incomplete write."""
+    words = f"only {written} of {counted(missing, 'row')} were written: write again"
+    kind = Stopped if isinstance(error, Stopped) else ProgramHalfWritten
+    return kind(f"{words}. The cause: {error}")
 
 
 def named_rows(numbers: Sequence[int]) -> str:

@@ -300,18 +300,18 @@ def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
     try:
         joints = arm.ik(goal, seed)
     except Unreachable as refusal:
-        raise refusal.instead(_nearest_goal(config, goal, seed)) from None
+        raise refusal.instead(nearest_goal(config, goal, seed)) from None
     broken = guards.violation(arm, joints)
     if broken is None or guards.violations(arm, seed):
         return joints  # a start inside a guard may have a way out: the audit checks the whole path
-    raise guard_error(broken, 1.0, _nearest_goal(config, goal, seed))
+    raise guard_error(broken, 1.0, nearest_goal(config, goal, seed))
 
 
 # How far beyond the bound a pose is moved until it is allowed as messages print it.
 FURTHER_MM = (0.0, 0.1, 0.3, 1.0, 3.0)
 
 
-def _nearest_goal(config: ArmConfig, goal: Pose, seed: Joints) -> Pose | None:
+def nearest_goal(config: ArmConfig, goal: Pose, seed: Joints) -> Pose | None:
     """Return the nearest allowed pose; None if no joint motion leads there from the seed.
 
     If possible, it is rounded as messages print it, so that a person can type what they read.

@@ -7,7 +7,7 @@ A preview shows the plan that `move_j`, `move_to` or `move_l` would execute, mad
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,8 +16,7 @@ from armdrive.dialects.controller import Controller
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.kinematic import refusal_of
 from armdrive.errors.table import error_view
-from armdrive.motion.jog.bounds import furthest
-from armdrive.motion.plan import MotionPlan
+from armdrive.motion.plan import MotionPlan, nearest_goal
 from armdrive.motion.resolve import Ground, PlannedMove, naming_frame, pose_of, prepare, resolve
 from armdrive.moves import (
     JointMove,
@@ -29,14 +28,13 @@ from armdrive.moves import (
     SingleMove,
 )
 from armdrive.registry import dialect
-from armdrive.runtime.position import MotionSegment, alike, joints_between
+from armdrive.runtime.position import MotionSegment, alike
 from armdrive.runtime.stop_bounds import run_on, stretches
 from armdrive.status import bound_words, joints_view, pose_view, rounded_up
 from kinematics.errors import KinematicsError
 from kinematics.geometry import ArmGeometry, Branch, Point
 from kinematics.guards.path import Clearance, least_clearances
 from kinematics.limits import SAME_POSTURE_RAD
-from kinematics.paths.curves import straight_line
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Pose
 from kinematics.text import shown_name
@@ -124,83 +122,42 @@ def _bursts_s(
     return count * (one_s + exchange_s)
 
 
-# Alternatives to a refused goal: the nearest allowed pose, or as far along the path as possible.
-
-HALVINGS = 10  # bisection steps: the end of the free path is found to a thousandth of its length
-LEAST_TURN_RAD = math.radians(0.05)  # smaller motions are not offered
-LEAST_SHARE = 0.05  # a smaller part of the path is not offered
+# An alternative to a refused goal: the nearest allowed pose, or joints within their limits.
 
 
 @dataclass(frozen=True, slots=True)
-class Furthest:
-    """An alternative goal that a plan has shown to be possible: a pose and its posture.
-
-    `share` is the share of the requested path that leads there; 1 for a pose near the goal.
-    """
+class NearestGoal:
+    """An alternative goal that a plan has shown to be possible: a pose and its posture."""
 
     pose: Pose
     joints: Joints
-    share: float = 1.0
 
 
-def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> Furthest | None:
-    """Return an alternative to a refused absolute move; None if nothing is possible.
+def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> NearestGoal | None:
+    """Return an alternative to a refused absolute move; None if nothing is possible."""
+    for each in _alternatives(ground, move, getattr(refusal, "nearest", None)):
+        try:
+            plan = prepare(each, ground).plan
+        except (ArmError, KinematicsError):
+            continue
+        if plan is not None:
+            joints = plan.end.joints
+            return NearestGoal(ground.config.model.arm.fk(joints), joints)
+    return None
 
-    The alternative is the nearest pose that the refusal names, if any; otherwise the farthest point
-    of the requested path that limits and guards allow.
-    """
-    near = getattr(refusal, "nearest", None)
-    speed = getattr(move, "speed", 1.0)
+
+def _alternatives(ground: Ground, move: SingleMove, near: Pose | None) -> Iterator[SingleMove]:
+    arm, here = ground.config.model.arm, ground.here.joints
+    if isinstance(move, JointMove) and isinstance(move.goal, Joints):
+        limits = zip(arm.limits, move.goal, strict=True)
+        within = Joints(tuple(each.clamp(angle) for each, angle in limits), move.goal.names)
+        if within != move.goal:
+            yield JointMove(within, move.speed)
+        near = nearest_goal(ground.config, arm.fk(within), here)
     if near is not None:
-        same_way = LineMove if isinstance(move, LineMove) else PoseMove
-        for each in (same_way(near, speed), PoseMove(near, speed)):
-            plan = _plan(ground, each)
-            if plan is not None:
-                return _furthest(ground, plan.end.joints, 1.0)
-    part = _parts(ground, move)
-    return None if part is None else _furthest_along(ground, part)
-
-
-def _parts(ground: Ground, move: SingleMove) -> Callable[[float], SingleMove] | None:
-    """Return a function that makes a move along a share of the requested path."""
-    arm, here, asked = ground.config.model.arm, ground.here, pose_of(move, ground)
-    match move:
-        case LineMove() if asked is not None:
-            try:
-                line = straight_line(arm, here.joints, asked)
-            except KinematicsError:
-                return None
-            return lambda share: LineMove(line.pose(share), move.speed)
-        case JointMove(goal=Joints() as end):
-            pass
-        case PoseMove() if asked is not None:
-            solved = arm.solve(asked, here.joints)
-            if solved is None:
-                return None
-            end = solved
-        case _:
-            return None
-    return lambda share: JointMove(joints_between(here.joints, end, share), move.speed)
-
-
-def _furthest_along(ground: Ground, part: Callable[[float], SingleMove]) -> Furthest | None:
-    share, _ = furthest(lambda each: _plan(ground, part(each)) is not None, 1.0, HALVINGS)
-    if share < LEAST_SHARE or (plan := _plan(ground, part(share))) is None:
-        return None
-    found = _furthest(ground, plan.end.joints, share)
-    moved = zip(found.joints, ground.here.joints, strict=True)
-    return found if max(abs(b - a) for a, b in moved) >= LEAST_TURN_RAD else None
-
-
-def _plan(ground: Ground, move: SingleMove) -> MotionPlan | None:
-    try:
-        return prepare(move, ground).plan
-    except (ArmError, KinematicsError):
-        return None
-
-
-def _furthest(ground: Ground, joints: Joints, share: float) -> Furthest:
-    return Furthest(ground.config.model.arm.fk(joints), joints, share)
+        if isinstance(move, LineMove):
+            yield LineMove(near, move.speed)
+        yield PoseMove(near)
 
 
 # The postures at a goal: which one a motion takes, and why not the others.
@@ -313,7 +270,7 @@ class Preview:
     clearances: tuple[Clearance, ...] = ()
     stop_time_s: float = 0.0
     stop_distance_mm: float = 0.0
-    nearest: Furthest | None = None
+    nearest: NearestGoal | None = None
     goal: Pose | None = None
     resolved: Move | None = None
 
@@ -426,8 +383,7 @@ def preview_lines(preview: Preview) -> Iterator[str]:
         yield f"the motion itself would be refused: {preview.problem}"
     nearest = preview.nearest
     if nearest is not None:
-        part = "" if nearest.share >= 1.0 else f"{nearest.share:.0%} of this way is free: "
-        yield f"possible instead: {part}{nearest.pose}, at {nearest.joints}"
+        yield f"possible instead: {nearest.pose}, at {nearest.joints}"
 
 
 def way_line(way: PostureOption) -> str:
@@ -509,10 +465,6 @@ def preview_view(preview: Preview) -> dict[str, Any]:
         "stop_distance_mm": rounded_up(preview.stop_distance_mm, 1),
         "nearest": None
         if nearest is None
-        else {
-            "pose": pose_view(nearest.pose),
-            "joints": joints_view(nearest.joints),
-            "share": round(nearest.share, 4),
-        },
+        else {"pose": pose_view(nearest.pose), "joints": joints_view(nearest.joints)},
         "path_mm": [[round(each, 2) for each in point] for point in preview.path],
     }

@@ -131,8 +131,6 @@ class Core:
         self.state = State.DISCONNECTED
         self.before_loss = State.DISCONNECTED
         self.latched = Message()
-        self.early_evidence: tuple[Evidence, str] | None = None
-        """Evidence that the device sent by itself, before the position record was read."""
         self.belief: Belief = FIRST_BELIEF
         self.hold: ContinuousJog | None = None
         self.holds = 0
@@ -410,6 +408,5 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     evidence = ALERTED[alert.kind]
     if evidence is not None:
         core.learn(evidence, now_s, alert.text)
-        core.early_evidence = core.early_evidence or (evidence, alert.text)
     code = ALARM_VOUCHED if evidence is None else code_of(evidence)
     core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

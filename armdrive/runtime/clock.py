@@ -21,7 +21,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.arguments import known_attributes
 from armdrive.errors.kinematic import checked_number
 from armdrive.runtime.engine import Engine
-from armdrive.status import Lateness
+from armdrive.status import NEVER_WOKEN, SchedulingJitter
 
 # Signals that end a program, delayed while a simulated engine takes a step.
 #
@@ -168,30 +168,11 @@ class ClockProgress:
         if clock.now_s > self._since_s + STUCK_S:
             self._since_s, self._turns = clock.now_s, 0
         elif self._turns > STUCK_TURNS:
-            raise ArmError(_stuck(clock))
-
-
-def _stuck(clock: SimulatedClock) -> str:
-    """Return an error that names the parts whose deadlines never lie in the future."""
-    guilty = [words for engine in clock.engines if (words := _hurry(engine, clock.now_s))]
-    names = guilty or [f"a task {_on(engine)}" for engine in clock.engines]
-    return (
-        f"simulated time is stuck at {clock.now_s:.6f} s: {'; '.join(names)}. This is a bug "
-        "in armdrive: please report it"
-    )
-
-
-def _hurry(engine: Engine, now_s: float) -> str:
-    deadlines = {"the wire": engine.link.next_s(), "the controller": engine.controller.next_s()}
-    due = [name for name, due_s in deadlines.items() if due_s <= now_s + STUCK_S]
-    return f"{' and '.join(due)} {_on(engine)}" if due else ""
-
-
-def _on(engine: Engine) -> str:
-    return (
-        f"on {engine.link.description} asks to be called again at once, over and over; "
-        f"`{engine.last_sent}` was sent last"
-    )
+            last = ", ".join(f"`{each.last_sent}`" for each in clock.engines)
+            raise ArmError(
+                f"simulated time is stuck at {clock.now_s:.6f} s: a deadline always lies in the "
+                f"past, after {last} was sent. This is a bug in armdrive: please report it"
+            )
 
 
 # Paces: what calls an arm's engine.
@@ -213,7 +194,7 @@ class Pace(Protocol):
     """Calls an engine as time passes. Hold `lock` while using anything that the engine owns."""
 
     lock: threading.RLock
-    lateness: Lateness
+    lateness: SchedulingJitter
 
     @property
     def real_time(self) -> bool:
@@ -243,7 +224,7 @@ class SimulatedPace:
     def __init__(self, clock: SimulatedClock | None = None) -> None:
         self.clock = clock or SimulatedClock()
         self.lock = self.clock.lock
-        self.lateness = Lateness()
+        self.lateness = NEVER_WOKEN
         self._engine: Engine | None = None
 
     def now_s(self) -> float:
@@ -298,7 +279,7 @@ class RealPace:
     def __init__(self, *, speed: float = 1.0) -> None:
         """Create a pace; `speed` makes an in-process simulated arm's clock run faster."""
         self.lock = threading.RLock()
-        self.lateness = Lateness()
+        self.lateness = NEVER_WOKEN
         self._speed = speed
         self._mark = _Mark(0.0, time.monotonic())
         self._waiting: list[threading.Lock] = []
@@ -423,7 +404,7 @@ class RealPace:
         engine.link.wait(pause_s)
         late_s = time.monotonic() - due_s
         if 0.0 <= late_s <= SUSPENDED_S:  # earlier: data arrived; later: a suspension
-            self.lateness.add(late_s)
+            self.lateness = self.lateness.after(late_s)
 
 
 # The argument `pace=` of a connection.

@@ -346,18 +346,6 @@ def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference:
     replace_file(path, "\n".join([*_lines(path), json.dumps(line)]))
 
 
-def last_entry(path: Path, calibration: str) -> dict[str, Any] | None:
-    """Return the latest entry with this calibration, or None; damaged lines are skipped."""
-    for line in reversed(_lines(path)):
-        try:
-            entry = json.loads(line)
-        except (ValueError, RecursionError):
-            continue
-        if isinstance(entry, dict) and entry.get("calibration") == calibration:
-            return entry
-    return None
-
-
 def _lines(path: Path) -> list[str]:
     """Return the lines of a log; none if it cannot be read."""
     try:

@@ -66,9 +66,7 @@ def choices_text(preview: Preview, keys: Keyboard) -> str:
     """Say what is possible instead of a refused motion, and the postures at the goal."""
     lines = []
     if preview.nearest is not None:
-        share = preview.nearest.share
-        part = "" if share >= 1.0 else f" ({share:.0%} of this way)"
-        lines += [f"{keys.label('move-nearest')}: possible instead{part}:"]
+        lines += [f"{keys.label('move-nearest')}: possible instead:"]
         lines += [f"  {preview.nearest.pose}"]
     lines += [_way_line(way, preview.problem) for way in preview.ways]
     if any(other_ways(preview)):

@@ -15,7 +15,7 @@ from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, WrongState
 from armdrive.motion.preview import Preview, clearance_words, preview_view
 from armdrive.moves import JointMove, LineMove, PoseMove
-from kinematics import JointRange, Joints, PathBroken, Pose, Unreachable
+from kinematics import JointRange, Joints, Pose, Unreachable
 from kinematics.guards.path import Clearance
 
 GOAL = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-80)
@@ -93,19 +93,6 @@ def test_a_preview_gives_the_motions_refusal_and_a_pose_that_can_be_reached(arm,
     named = {f"{name}_deg": angle for name, angle in preview.nearest.joints.deg.items()}
     arm.move_j(**named)
     assert math.dist(arm.twin.world.tip, arm.model.arm.points(preview.nearest.joints)[-1]) < 1.5
-
-
-def test_a_line_that_is_barred_on_its_way_leads_as_far_as_it_can(arm):
-    start = Pose.of(x_mm=200, y_mm=-120, z_mm=200, pitch_deg=0)
-    arm.move_to(start)
-    through = Pose.of(x_mm=100, y_mm=180, z_mm=200, pitch_deg=0)
-    preview = arm.preview(LineMove(through))
-    assert isinstance(preview.problem, PathBroken | OutOfBounds)
-    assert 0.0 < preview.nearest.share < 1.0
-    arm.move_l(preview.nearest.pose)
-    assert not arm.preview(LineMove(through)).possible
-    way_mm = math.dist((200, -120, 200), (100, 180, 200)) * preview.nearest.share
-    assert math.dist(arm.twin.world.tip, (200, -120, 200)) == pytest.approx(way_mm, abs=1.5)
 
 
 def test_a_preview_lists_every_posture_and_why_the_others_were_not_chosen(arm):
