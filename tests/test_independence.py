@@ -34,7 +34,6 @@ ALLOWED = {
     "waiting.py": "the one place that waits",
     "conformance/__main__.py": BENCH,
     "conformance/real_time_bench.py": BENCH,
-    "conformance/rows_programs.py": BENCH,
     "conformance/running.py": "says how long a row took",
     "campaign/__main__.py": "says how long all missions took",
     "scenarios/program.py": "ends a mission that hangs, after processor time of its own",

@@ -6,30 +6,23 @@ the dialect, the arm's model or the class of the simulated device, never at a na
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import Enum
 from typing import Any
 
 from armdrive.abilities import Switching
 from armdrive.sim.device import HasSwitches, Resettable
+from tests.scenarios.happenings import Happening
 
 from .bench import Bench
 
 Rule = Callable[[Bench], str]
 
 
-class Moment(Enum):
-    """What the arm does when a fault strikes."""
-
-    MOVING = "moving"
-    STANDING = "standing"
-
-
-MOVING, STANDING = Moment.MOVING, Moment.STANDING
-
 EVERYWHERE = ("memory", "pty", "tcp", "port")
 """The transports of a row that names none."""
 IN_SIMULATION = ("memory", "pty", "tcp")
 """The transports of a row that needs a simulated device."""
+ALSO_UDP = (*EVERYWHERE, "udp")
+"""The transports of a row in which datagrams, without pace or order, may make a difference."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +30,8 @@ class Behaviour:
     """One behaviour of an arm, as a function that raises `Broken` if the arm behaves otherwise.
 
     `watched` rows are safe on a real arm if a person stands next to it with a hand on its power
-    switch. The everyday tests run `smoke` rows over a pty as well. `strikes` has the name of the
-    fault that a row injects by the law of faults, and when.
+    switch. The everyday tests run `smoke` rows over a pty as well. `fault` is what a row of the law
+    of faults injects.
     """
 
     name: str
@@ -48,11 +41,7 @@ class Behaviour:
     watched: bool = False
     smoke: bool = False
     transports: tuple[str, ...] = EVERYWHERE
-    strikes: tuple[str, Moment] | None = None
-
-    def __call__(self, bench: Bench) -> None:
-        """Run this row; it may be a part of another one."""
-        self.run(bench)
+    fault: Happening | None = None
 
     def runs_over(self, transport: str) -> bool:
         """Return whether this row runs over a transport."""
@@ -106,12 +95,6 @@ def switches_current(bench: Bench) -> str:
         return "the bench does not see the motors' current"
     able = bench.abilities.current is not Switching.NONE
     return "" if able else "its motors are always on"
-
-
-def starts_disabled(bench: Bench) -> str:
-    """Require motors that are off until they are enabled."""
-    able = bench.abilities.current is Switching.BOTH
-    return "" if able else "its motors cannot be switched on by command"
 
 
 def board_reset(bench: Bench) -> str:

@@ -35,8 +35,9 @@ class Bench(abc.ABC):
     """How much a busy computer may add to an announced time."""
     punctual: ClassVar[bool] = True
     """Whether driver, device and test keep time well enough to check a bound."""
-    fault_moments_s: ClassVar[tuple[float, ...]] = (0.4,)
-    """When a fault strikes after the request of a motion; each in a motion of its own."""
+    fault_moments_s: ClassVar[tuple[float | None, ...]] = (None, 0.4)
+    """When a fault strikes after the request of a motion, each in a motion of its own; None while
+    the arm stands."""
     stops_after_s: ClassVar[tuple[float, ...]] = (0.03, 0.2, 0.55)
     """How long a motion lasts before it is stopped; each in a motion of its own."""
     on_bus: ClassVar[bool] = False

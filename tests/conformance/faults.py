@@ -15,7 +15,7 @@ from armdrive.sim.device import HasSwitches, Resettable
 from armdrive.status import Trust
 from tests.scenarios.happenings import Effect, Happening
 
-from .behaviour import MOVING, STANDING, Moment, Rule, board_reset, limit_switches, on_bus
+from .behaviour import Rule, board_reset, limit_switches, on_bus
 from .bench import Bench
 
 WITH_CHECK_BYTES = ("robko01", "mks")
@@ -45,6 +45,9 @@ def misdirects(fault: Happening, bench: Bench) -> bool:
 
 STRIKES_S = 0.3
 """How long after the request of a motion a fault strikes an arm that is well under way."""
+MOVING, STANDING = STRIKES_S, None
+"""The moments at which an error is expected."""
+Moment = float | None
 LOST, FAULT, SILENT, RESTARTED = "E407", "E501", "E502", "E718"
 BURSTS, DRIVES = ("teachmover", "robko01", "armdroid"), ("mks", "cia402")
 PROFILE = "CiA 402 drives in profile position"

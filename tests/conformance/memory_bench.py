@@ -50,7 +50,7 @@ class MemoryBench(Bench):
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.021  # one look late
     trusts_geometry: ClassVar[bool] = True
-    fault_moments_s: ClassVar[tuple[float, ...]] = (0.0, STRIKES_S)
+    fault_moments_s: ClassVar[tuple[float | None, ...]] = (None, 0.0, STRIKES_S)
 
     def __init__(self, dialect_name: str, variant: Variant | None = None) -> None:
         super().__init__(dialect_name)
@@ -133,7 +133,9 @@ class MemoryBench(Bench):
 class ThoroughMemoryBench(MemoryBench):
     """The same bench with faults at more moments, for the whole table."""
 
-    fault_moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, STRIKES_S, 0.45, 0.67)
+    fault_moments_s: ClassVar[tuple[float | None, ...]] = (
+        None, 0.0, 0.05, 0.11, 0.21, STRIKES_S, 0.45, 0.67,
+    )  # fmt: skip
 
 
 MOTION, STOPS = ("move", "Cartesian", "gripper"), ("jog", "stop", "pause")

@@ -1,4 +1,4 @@
-"""Behaviours under faults, also over UDP, and the law that holds for every fault at every moment.
+"""Behaviours under faults, and the law that holds for every fault at every moment.
 
 Nothing moves without a command. The call ends in time, with its result or with a typed error. The
 arm is not referenced where it does not stand. Once the fault is over, a reset (or a new connection)
@@ -13,18 +13,14 @@ from itertools import pairwise
 from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
-from kinematics import Motors
 from tests.scenarios.happenings import HAPPENINGS, Effect, Happening
 
-from .behaviour import IN_SIMULATION, MOVING, STANDING, Behaviour, Moment
+from .behaviour import IN_SIMULATION, Behaviour
 from .bench import Bench
-from .faults import RULES, STRIKES_S, expected_error, misdirects
+from .faults import MOVING, RULES, STANDING, STRIKES_S, Moment, expected_error, misdirects
 from .motions import begin_joints, joints_from, motors_at_end
-from .observation import ON_THE_STEP, Observation, check
-from .rows_connecting import a_wire_that_comes_back_moves_nothing, connect_moves_nothing
-from .rows_jogging import a_held_jog_expires_by_itself
-from .rows_moving import a_joint_motion_arrives, check_moves
-from .rows_stopping import a_joint_motion_stops_within_its_bound
+from .observation import check
+from .rows_moving import check_between, check_moves
 
 ENDS_S = 15.0
 """A disturbed motion of about a second has ended within this time, with or without success."""
@@ -39,19 +35,23 @@ NOTICED_S = 0.6
 ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
 
-def survives_in_motion(bench: Bench, fault: Happening) -> None:
-    """Check the law for a fault that strikes a moving arm."""
+def survives(bench: Bench, fault: Happening) -> None:
+    """Check the law for a fault that strikes a standing arm, and a moving one, each time anew."""
     for moment_s in bench.fault_moments_s:
+        if moment_s is STANDING and not fault.idle:
+            continue
         bench.start_afresh()
         arm = _ready(bench)
-        sagged = _move_under(bench, arm, fault, moment_s)
+        if moment_s is STANDING:
+            sagged = _stand_under(bench, arm, fault)
+        else:
+            sagged = _move_under(bench, arm, fault, moment_s)
         bench.heal()
-        _check_recovery(bench, arm, fault, sagged=sagged, reconnects=True)
+        _check_recovery(bench, arm, fault, sagged=sagged, reconnects=moment_s is not STANDING)
 
 
-def survives_while_idle(bench: Bench, fault: Happening) -> None:
-    """Check the law for a fault that strikes a standing arm."""
-    arm = _ready(bench)
+def _stand_under(bench: Bench, arm: Arm, fault: Happening) -> bool:
+    """Let an arm stand under a fault; return whether the motors lost their current."""
     before = bench.look()
     inject(bench, fault)
     sagged = False
@@ -61,8 +61,7 @@ def survives_while_idle(bench: Bench, fault: Happening) -> None:
         sagged = sagged or not (seen.energised and seen.powered)
         check(sagged or seen.motors == before.motors, "a standing arm moved")
     reports_as_expected(bench, arm, fault, STANDING)
-    bench.heal()
-    _check_recovery(bench, arm, fault, sagged=sagged)
+    return sagged
 
 
 def inject(bench: Bench, fault: Happening, after_s: float = 0.0) -> None:
@@ -111,12 +110,6 @@ def _move_under(bench: Bench, arm: Arm, fault: Happening, moment_s: float) -> bo
         for each in seen:
             check_between(each, start.motors, goal)
     return sagged
-
-
-def check_between(seen: Observation, start: Motors, goal: Motors) -> None:
-    for here, a, b in zip(seen.motors, start, goal, strict=True):
-        inside = min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP
-        check(inside, f"a motor was at {here}, and was commanded from {a} to {b}")
 
 
 def _only_typed(call: Callable[[], object]) -> str:
@@ -220,37 +213,25 @@ def replugged_under_another_name(bench: Bench) -> None:
     check_moves(bench, arm)
 
 
-DATAGRAMS = tuple(fault for fault in HAPPENINGS if fault.name.startswith("a message "))
-"""The faults of the simulator that a network can cause."""
-
-
-def _udp(name: str, run: Callable[[Bench], None]) -> Behaviour:
-    return Behaviour(f"over UDP, {name}", "UDP", run, transports=("udp",))
-
-
-OVER_UDP = (
-    _udp("connecting, idling and leaving move nothing", connect_moves_nothing),
-    _udp("a joint motion arrives", a_joint_motion_arrives),
-    _udp("a joint motion stops within its bound", a_joint_motion_stops_within_its_bound),
-    _udp("a held jog expires by itself", a_held_jog_expires_by_itself),
-    _udp("a reopened port moves nothing", a_wire_that_comes_back_moves_nothing),
-    *(_udp(each.name, partial(survives_in_motion, fault=each)) for each in DATAGRAMS),
-)
+DATAGRAMS = "a message "
+"""What the faults begin with that a network can cause."""
 
 ROWS = (
     *(
-        Behaviour(f"{fault.name}, in motion", "fault", partial(survives_in_motion, fault=fault),
-                  needs=RULES[fault.needs], transports=IN_SIMULATION, strikes=(fault.name, MOVING))
+        Behaviour(
+            fault.name,
+            "fault",
+            partial(survives, fault=fault),
+            needs=RULES[fault.needs],
+            transports=(*IN_SIMULATION, *(["udp"] if fault.name.startswith(DATAGRAMS) else [])),
+            fault=fault,
+        )
         for fault in HAPPENINGS
     ),
-    *(
-        Behaviour(f"{fault.name}, standing", "fault", partial(survives_while_idle, fault=fault),
-                  needs=RULES[fault.needs], transports=IN_SIMULATION,
-                  strikes=(fault.name, STANDING))
-        for fault in HAPPENINGS
-        if fault.idle
+    Behaviour(
+        "the cable is back under another port name",
+        "fault",
+        replugged_under_another_name,
+        transports=("memory", "pty"),
     ),
-    Behaviour("the cable is back under another port name", "fault", replugged_under_another_name,
-              transports=("memory", "pty")),
-    *OVER_UDP,
-)  # fmt: skip
+)

@@ -20,9 +20,14 @@ from .motions import (
     sweeping_jog,
 )
 from .observation import ON_THE_STEP, Observation, check, place
-from .rows_faults import check_between
 from .rows_jogging import hold_until_under_way
-from .rows_moving import PATIENCE_S, check_arrived, line_allowance_mm, off_line_mm
+from .rows_moving import (
+    PATIENCE_S,
+    check_arrived,
+    check_between,
+    line_allowance_mm,
+    off_line_mm,
+)
 from .rows_stopping import check_settled, check_within_bound
 
 STANDS_S = 1.0

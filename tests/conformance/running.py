@@ -21,7 +21,6 @@ from . import (
     rows_jogging,
     rows_moving,
     rows_pausing,
-    rows_programs,
     rows_stopping,
 )
 from .behaviour import Behaviour
@@ -75,7 +74,6 @@ BEHAVIOURS: tuple[Behaviour, ...] = (
     *rows_jogging.ROWS,
     *rows_stopping.ROWS,
     *rows_pausing.ROWS,
-    *rows_programs.ROWS,
     *rows_faults.ROWS,
 )
 

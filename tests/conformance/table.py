@@ -3,17 +3,15 @@
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
-from .behaviour import EVERYWHERE, Behaviour
+from .behaviour import Behaviour
 from .running import RowResult, Verdict
 
-NOT_RUN = "–"
 EVERYWHERE_KEPT = "yes"
-IN_MOTION, STANDING, BOTH = ", in motion", ", standing", ", in motion and standing"
 WORDS = {
     "memory": "in process, on simulated time",
     "pty": "another process, over a pseudo-terminal (drives: over a serial CAN adapter on one)",
     "tcp": "another process, over TCP",
-    "udp": "another process, over UDP, in rows of its own",
+    "udp": "another process, over UDP",
     "port": "a real arm",
 }
 PAGE_INTRO = """# Conformance
@@ -27,15 +25,15 @@ After every fault nothing moves without a command, and the call ends in time, wi
 error that says what is wrong. If the device gave any evidence of a wrong position, the position is
 not trusted. After a reset (or a new connection) and a reference, the arm works as before. Two
 things that no driver can prevent are excused ([testing](testing.md)): a wire without check bytes
-that changes or repeats a command, and a stepper that slips without a switch. In simulated time a
-fault occurs at seven moments of a motion, in real time at one.
+that changes or repeats a command, and a stepper that slips without a switch. A fault strikes a
+standing arm and a moving one: in simulated time at seven moments of a motion, in real time at one.
 
 `tests/conformance/faults.py` lists the error and the remaining trust after each fault, for every
 arm. The everyday tests run each row on one dialect of each kind: in bursts, by a queue, and over a
 bus. With THOROUGH=1 they run on all, and on other boards and firmware (`VARIANTS` in
 `tests/conformance/memory_bench.py`), of which a quarter of the rows run every day.
 
-A single word holds for every transport. Otherwise there is one word for each, in this order:
+A single word holds for every transport of a row. Otherwise there is one for each, in this order:
 """
 
 
@@ -49,7 +47,7 @@ def page(behaviours: Sequence[Behaviour], results: Iterable[RowResult], command:
         if each.verdict is Verdict.NOT_APPLICABLE:
             reasons.setdefault(each.words, {})[each.dialect] = None
     notes = [f"- {words} ({', '.join(dialects)})" for words, dialects in reasons.items()]
-    lines = [f"{PAGE_INTRO}{named}.", "", f"Made by `{command}`; {summary(found)}."]
+    lines = [f"{PAGE_INTRO}{named}.", "", f"Made by `{command}`."]
     lines += list(markdown(behaviours, found))
     lines += ["## What is not applicable, and why", "", *(notes or ["Nothing."])]
     lines += ["", "## What is not as promised", "", *(broken(found) or ["Nothing."])]
@@ -79,7 +77,6 @@ def markdown(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> I
     dialects = tuple(dict.fromkeys(each.dialect for each in results))
     for family, members in groupby(behaviours, lambda row: row.family):
         rows = [(row.name, *(_cell(row, name, results) for name in dialects)) for row in members]
-        rows = list(_paired(rows))
         kept = [row for row in rows if set(row[1:]) == {EVERYWHERE_KEPT}]
         others = [row for row in rows if row not in kept]
         yield from ("", f"## {family[0].upper() + family[1:]}", "")
@@ -93,28 +90,12 @@ def markdown(behaviours: Sequence[Behaviour], results: Sequence[RowResult]) -> I
     yield ""
 
 
-def _paired(rows: Sequence[tuple[str, ...]]) -> Iterator[tuple[str, ...]]:
-    """Yield the rows; a fault with the same results in motion and standing gets one row."""
-    known = set(rows)
-    for name, *cells in rows:
-        fault, moving, _ = name.partition(IN_MOTION)
-        standing = (name.removesuffix(STANDING) + IN_MOTION, *cells)
-        if moving and (fault + STANDING, *cells) in known:
-            yield (fault + BOTH, *cells)
-        elif not (name.endswith(STANDING) and standing in known):
-            yield (name, *cells)
-
-
 def _cell(row: Behaviour, dialect: str, results: Sequence[RowResult]) -> str:
     """Return one word if all transports of a row agree, else one for each."""
-    everywhere = set(EVERYWHERE) & set(row.transports)
-    words = {each.transport: NOT_RUN for each in results if each.dialect == dialect}
-    columns = EVERYWHERE if everywhere else row.transports
-    shown = [each for each in WORDS if each in words and each in columns]
-    for each in results:
-        if (each.behaviour, each.dialect) == (row.name, dialect):
-            words[each.transport] = each.verdict.value
-    found = [words[each] for each in shown]
-    if not found:
-        return Verdict.NOT_APPLICABLE.value
-    return found[0] if len(set(found)) == 1 else " · ".join(found)
+    words = {
+        each.transport: each.verdict.value
+        for each in results
+        if (each.behaviour, each.dialect) == (row.name, dialect)
+    }
+    found = [words[each] for each in WORDS if each in words]
+    return " · ".join(found if len(set(found)) > 1 else found[:1]) or Verdict.NOT_APPLICABLE.value

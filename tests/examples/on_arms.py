@@ -37,11 +37,10 @@ class Form:
 
 @dataclass(slots=True)
 class Ran:
-    """What an example did: `said` to the person, in `took_s` of simulated time."""
+    """What an example did: `said` to the person."""
 
     watch: Watch
     said: str
-    took_s: float
     names: Mapping[str, Any]
 
 
@@ -55,17 +54,14 @@ class Example:
     """An example, where it can run, its forms, and what has to be there afterwards.
 
     `refused` gives the reason against an arm of such abilities, "" for none. `wrong` gives a
-    sentence for everything that is physically not as it should be. `beside_mm` says how far a pen
-    was from where it should have been. `shorter` are forms for dialects that take long; None leaves
-    one to the thorough run, where another example does much the same.
+    sentence for everything that is physically not as it should be. `shorter` are forms for dialects
+    that take long; None leaves one to the thorough run, where another example does much the same.
     """
 
     file: str
-    about: str
     whole: Form
     wrong: Callable[[Ran, Any], list[str]]
     refused: Callable[[Abilities], str] = anywhere
-    beside_mm: Callable[[Ran, Any], float] | None = None
     shorter: Mapping[str, Form | None] = field(default_factory=dict)
 
     def form(self, dialect: str, *, whole: bool) -> Form | None:
@@ -88,10 +84,10 @@ def run_example(example: Example, form: Form, config: ArmConfig | str) -> Ran:
         assert arm.twin is not None
         for words in PUT.findall(text):
             arm.twin.world.put(block_of(words.split(",")))
-        watch, began_s = Watch(arm.twin.world), arm.parts.pace.now_s()
+        watch = Watch(arm.twin.world)
         carry_out = _run_program if example.file.endswith(ENDING) else _run_script
         said, names = carry_out(text, example.file, arm)
-        return Ran(watch, said, arm.parts.pace.now_s() - began_s, names)
+        return Ran(watch, said, names)
 
 
 class _Listener:

@@ -13,7 +13,6 @@ import warnings
 
 import pytest
 from amounts import THOROUGH
-from pages import page_path
 from waiting import LONG_S
 
 from armdrive.cli import main
@@ -24,7 +23,7 @@ from armdrive.sim.world.table import TableBlock
 from kinematics.geometry import Tool
 
 from . import worlds
-from .examples_table import COMMAND, EXAMPLES, amounts, cell, told
+from .examples_table import EXAMPLES
 from .on_arms import FOLDER, PUT, run_example
 
 SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if THOROUGH or path.name not in EXAMPLES)
@@ -123,27 +122,6 @@ def test_the_first_command_of_a_drawing_rehearses_it(file, capsys, monkeypatch):
     assert "move_" in capsys.readouterr().out
 
 
-# The page about the examples tells of each, and what it says of refusals is so.
-
-
-PAGE = page_path("examples")
-
-
-@pytest.fixture(scope="module")
-def page():
-    return PAGE.read_text(encoding="utf-8")
-
-
-def test_the_table_tells_of_every_dialect_how_it_went_or_why_not(page):
-    for file, example in EXAMPLES.items():
-        for dialect in DIALECTS:
-            said = told(page, file, dialect)
-            if why_not := example.against(dialect):
-                assert said == why_not
-            else:
-                assert len(amounts(said)) == (1 if example.beside_mm is None else 2), said
-
-
 # Every example on the arm of every dialect: the physical world at its end, and no incident.
 #
 # Every day some dialects run a shorter form of an example, with fewer blocks or letters; with
@@ -163,10 +141,6 @@ def test_an_example_leaves_the_world_as_it_says(example, form, dialect):
     ran = run_example(example, form, dialect)
     assert worlds.incidents(ran) == []
     assert example.wrong(ran, form.size) == []
-    if form is example.whole:
-        shown = told(PAGE.read_text(encoding="utf-8"), example.file, dialect)
-        found = cell(example, form, ran)
-        assert amounts(shown) == pytest.approx(amounts(found), rel=0.1, abs=0.2), COMMAND
 
 
 def test_a_pen_that_the_arm_file_knows_of_draws_the_same_circle():

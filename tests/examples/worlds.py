@@ -70,19 +70,14 @@ def sorted_rows(ran: Ran, rows: Mapping[str, Point]) -> list[str]:
     return list(_misplaced(ran.watch.world.scene.blocks, rows))
 
 
-def beside_circle_mm(ran: Ran, radius_mm: float) -> float:
-    """Return how far the pen was from the circle at most."""
-    points = [point for stroke in ran.watch.strokes(PAPER_MM) for point in stroke]
-    return max(abs(math.hypot(x - 250.0, y) - radius_mm) for x, y, _ in points)
-
-
 def circle(ran: Ran, radius_mm: float) -> list[str]:
     """Look for one closed circle."""
     strokes = ran.watch.strokes(PAPER_MM)
     if len(strokes) != 1:
         return [f"{len(strokes)} strokes instead of a circle"]
     wrong = list(_pressed(strokes))
-    if (beside := beside_circle_mm(ran, radius_mm)) > BESIDE_MM:
+    beside = max(abs(math.hypot(x - 250.0, y) - radius_mm) for x, y, _ in strokes[0])
+    if beside > BESIDE_MM:
         wrong.append(f"the pen was {beside:.2f} mm beside the circle")
     angles = sorted(math.atan2(y, x - 250.0) for x, y, _ in strokes[0])
     gaps = [b - a for a, b in pairwise(angles)]
@@ -102,22 +97,17 @@ def wanted_strokes(ran: Ran, word: str) -> list[list[Point]]:
     return found
 
 
-def beside_letters_mm(ran: Ran, word: str) -> float:
-    """Return how far the pen was from its stroke at most."""
-    pairs = zip(ran.watch.strokes(PAPER_MM), wanted_strokes(ran, word), strict=True)
-    return max(beside_mm(point, corners) for drawn, corners in pairs for point in drawn)
-
-
 def letters(ran: Ran, word: str) -> list[str]:
     """Look for every stroke where it belongs, from corner to corner, and for nothing else."""
     drawn, wanted = ran.watch.strokes(PAPER_MM), wanted_strokes(ran, word)
     if len(drawn) != len(wanted):
         return [f"{len(drawn)} strokes instead of {len(wanted)}"]
     wrong = list(_pressed(drawn))
-    if (beside := beside_letters_mm(ran, word)) > BESIDE_MM:
-        wrong.append(f"the pen was {beside:.2f} mm beside a stroke")
-    pairs = zip(drawn, wanted, strict=True)
-    return wrong + [f"no stroke came to {each[:2]}" for pair in pairs for each in _missed(*pair)]
+    for points, corners in zip(drawn, wanted, strict=True):
+        if (beside := max(beside_mm(point, corners) for point in points)) > BESIDE_MM:
+            wrong.append(f"the pen was {beside:.2f} mm beside a stroke")
+        wrong += [f"no stroke came to {each[:2]}" for each in _missed(points, corners)]
+    return wrong
 
 
 def _missed(points: list[Point], corners: list[Point]) -> list[Point]:

@@ -89,7 +89,7 @@ def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys, monkeypatch):
     device = DeviceProcess(program, door, "grbl")
     with device, FakeControlPort(device) as control:
         words = ["--port", device.port, "--dialect", "grbl", "--control", control.address]
-        lost = "a message to the device is lost, standing"
+        lost = "a message to the device is lost"
         code = main([*words, "--only", lost])
     told = capsys.readouterr().out
     assert code == 0, told

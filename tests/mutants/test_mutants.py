@@ -188,14 +188,6 @@ def test_mutants_are_listed_and_chosen_by_a_text(toy, capsys):
     assert main(["--only", "nothing"], mutants=rows, root=toy, packages=("toy",)) == 2
 
 
-def test_a_run_ends_with_a_line_for_each_mutant_and_a_total(toy, capsys):
-    rows = [mutant("subtracts", SUM, LESS, ADDS)]
-    assert main(["--jobs", "1"], mutants=rows, root=toy, packages=("toy",)) == 0
-    line, total = capsys.readouterr().out.splitlines()
-    assert line.startswith(f"subtracts: killed by {ADDS} in ")
-    assert total.startswith("1 mutant: 1 killed in ")
-
-
 def test_a_package_from_elsewhere_is_not_taken_for_the_copy(toy):
     with pytest.raises(CopyError, match="would be tested instead"):
         require_imported(toy, ["toy", "json"])

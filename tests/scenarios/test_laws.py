@@ -5,22 +5,20 @@
 
 import math
 import random
-from dataclasses import replace
 
 import pytest
 from amounts import every_row
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import WrongState
-from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S, SpeedOverride
-from armdrive.sim.bus import DrivesBoard
+from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
 from armdrive.status import State
 from kinematics import Motors
 from tests.conformance.observation import Broken
 
 from .actions import connect, move_j
-from .goals import certain_goal, joints_reached, place_near_limits, pose_reached
-from .happenings import HAPPENINGS, Effect, Happening
+from .goals import joints_reached, pose_reached
+from .happenings import HAPPENINGS, Happening
 from .laws import LONGEST_S, call, check_trust
 from .stage import Stage
 from .watch import Bound, Command, Excuse
@@ -109,7 +107,7 @@ def test_a_trusted_position_has_to_be_right_once_the_driver_can_know():
 
 @every_row(
     "dialect, way, moves",
-    [("mks", 1, False), ("mks", 8, False), ("mks", 9, True), ("teachmover", 1, True)],
+    [("mks", 8, False), ("mks", 9, True), ("teachmover", 1, True)],
 )
 def test_only_drives_that_hold_may_turn_without_a_command_and_only_in_their_rest_window(
     dialect, way, moves
@@ -118,13 +116,6 @@ def test_only_drives_that_hold_may_turn_without_a_command_and_only_in_their_rest
     for count in (way, -way, way):
         stage.world.drive(steps(right=count, left=count), 3.0)
     assert any("without a command" in each for each in stage.watch.broken) is moves
-
-
-def test_a_drive_that_creeps_is_seen_to_move():
-    stage = at_rest("mks")
-    for number in range(9):
-        stage.world.drive(steps(right=1), 3.0 + number)
-    assert any("without a command" in each for each in stage.watch.broken)
 
 
 @every_row(
@@ -187,16 +178,6 @@ def test_a_goal_is_missed_by_more_than_rounding():
     assert "shoulder" in reached(world, None)
 
 
-def test_the_driver_allows_a_certain_goal():
-    for dialect in ("teachmover", "grbl"):
-        stage = a_stage(dialect)
-        place_near_limits(stage, DRAW)
-        arm, goal = stage.ready(), certain_goal(stage, DRAW)
-        before = stage.look()
-        arm.move_j(**{f"{name}_deg": deg for name, deg in goal.items()})
-        assert sum(map(bool, stage.look() - before)) >= 3
-
-
 # -- Calls that hang ------------------------------------------------------------------------------
 
 
@@ -206,16 +187,6 @@ def moved(stage):
         error = move_j(stage, DRAW)
         if error is None or isinstance(error, WrongState):
             return error
-
-
-def test_a_call_waits_for_ever_in_a_pause(monkeypatch):
-    """An earlier bug: the driver has no limit, and the program does not resume."""
-    monkeypatch.setattr(SpeedOverride, "longest_s", math.inf)
-    monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", lambda _: None)
-    stage = a_stage()
-    stage.ready().pause()
-    with pytest.raises(Broken, match=r"hangs: move_j\(.* had not ended at"):
-        moved(stage)
 
 
 def test_a_motion_requested_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
@@ -257,9 +228,3 @@ def test_every_happening_has_a_name_of_its_own_and_words_that_a_device_accepts()
                 for words in (*each.words, *(() if "drive-id" in drawn else (drawn,))):
                     assert stage.request(words) == words
         stage.twin.faults.end()
-
-
-def test_only_slips_cannot_strike_an_arm_that_stands():
-    assert {each.effect for each in HAPPENINGS if not each.idle} == {Effect.SLIPS}
-    assert any(each.needs is DrivesBoard for each in HAPPENINGS)
-    assert replace(HAPPENINGS[0], effect=Effect.SLIPS).idle is False
