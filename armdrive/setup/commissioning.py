@@ -122,7 +122,7 @@ def commission(
     currents_ma, left_out = {}, []
     for drive in plan.order:
         dialog.say("", f"--- {drive.name} (drive {drive.node})")
-        current_ma = commission_drive(dialog, plan, drive, again=again)
+        current_ma = plan.tools.set_up(dialog, plan.config, drive, again)
         if current_ma is None:
             left_out.append(drive.name)
         else:
@@ -155,30 +155,6 @@ def _others_command(dialog: DriveDialog) -> bool:
             "`armdrive can monitor` shows what it sends. Nothing was asked or set."
         )
     return bool(traffic.commands)
-
-
-def commission_drive(
-    dialog: DriveDialog, plan: CommissioningPlan, drive: DrivePlace, *, again: bool = False
-) -> int | None:
-    """Take one drive through its steps; return its motor current in mA, 0 if that is not known.
-
-    None means that the drive is not ready.
-    """
-    at_hand = plan.tools.arrive(dialog, plan.config, drive, len(plan.drives) > 1)
-    if at_hand is None:
-        return None
-    if at_hand.ready_ma and not again:
-        dialog.say("It has its id and its settings: nothing to do.")
-        return at_hand.ready_ma
-    # the current first: without enough of it, a calibration never ends
-    current_ma = at_hand.settle()
-    calibrated = at_hand.calibrate()
-    at_hand.offer_zero()
-    if not (current_ma and calibrated):
-        return None
-    # last, since only a calibrated motor turns as ordered
-    at_hand.try_watchdog()
-    return current_ma
 
 
 def ask_together(dialog: DriveDialog, plan: CommissioningPlan) -> tuple[str, ...]:

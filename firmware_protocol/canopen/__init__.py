@@ -105,8 +105,8 @@ from firmware_protocol.canopen.pdo import PDO_SERVICES as PDO_SERVICES
 from firmware_protocol.canopen.pdo import Direction as Direction
 from firmware_protocol.canopen.pdo import Mapped as Mapped
 from firmware_protocol.canopen.pdo import Mapping as Mapping
-from firmware_protocol.canopen.pdo import PdoSetup as PdoSetup
 from firmware_protocol.canopen.pdo import Write as Write
+from firmware_protocol.canopen.pdo import first_pdo as first_pdo
 from firmware_protocol.canopen.pdo import switched_off as switched_off
 from firmware_protocol.canopen.sdo import EVENTS_MAX as EVENTS_MAX
 from firmware_protocol.canopen.sdo import Abort as Abort

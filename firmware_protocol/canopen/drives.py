@@ -468,8 +468,7 @@ def _statusword(state: DriveState, bits: StatusBit, of_points: StatusBit) -> Sta
 #     WAITING    until the drive has room: bit 12 is 0
 #     ASKING     bit 4 is set, until the drive acknowledges: bit 12 is 1
 #     RELEASING  bit 4 is clear, until the drive has seen that: bit 12 is 0
-#     UNDER_WAY  until the target is reached: bit 10 is 1
-#     FREE       the target is reached, or lost because the drive has left ENABLED
+#     TAKEN      the drive has the target, or none any more because it has left ENABLED
 
 
 class SetPointPhase(Enum):
@@ -478,51 +477,41 @@ class SetPointPhase(Enum):
     WAITING = "waiting"
     ASKING = "asking"
     RELEASING = "releasing"
-    UNDER_WAY = "under way"
-    FREE = "free"
+    TAKEN = "taken"
 
 
 class SetPointHost:
     """Hands one target to an enabled drive. The target replaces the drive's active one at once.
 
     Write the target (607A) before sending `controlword`. There is no clock: the owner keeps
-    deadlines, and checks the position if a drive does not report its arrival. Pass statuswords in
-    the order in which the drive sent them, from a single PDO or from SDO only; lost and repeated
-    ones do no harm.
+    deadlines, and sees by the position when the drive has arrived. Pass statuswords in the order in
+    which the drive sent them, from a single PDO or from SDO only; lost and repeated ones do no
+    harm.
     """
 
     def __init__(self) -> None:
-        self._phase = SetPointPhase.WAITING
-
-    @property
-    def phase(self) -> SetPointPhase:
+        self.phase = SetPointPhase.WAITING
         """The phase of the handshake."""
-        return self._phase
 
     @property
     def taken(self) -> bool:
         """Whether the drive has taken the target."""
-        return self._phase in (SetPointPhase.UNDER_WAY, SetPointPhase.FREE)
+        return self.phase is SetPointPhase.TAKEN
 
     @property
     def controlword(self) -> Controlword:
         """The controlword to send now; repeating it changes nothing."""
-        asking = ControlBit.NEW_SET_POINT if self._phase is SetPointPhase.ASKING else NO_CONTROL
+        asking = ControlBit.NEW_SET_POINT if self.phase is SetPointPhase.ASKING else NO_CONTROL
         return Controlword.of(Command.ENABLE_OPERATION, ControlBit.AT_ONCE | asking)
 
-    def receive(self, word: Statusword) -> bool:
-        """Process a statusword; return whether the target has now been reached. Never raises."""
-        if word.state is not DriveState.ENABLED:
-            self._phase = SetPointPhase.FREE
-            return False
+    def receive(self, word: Statusword) -> None:
+        """Process a statusword. Never raises."""
         acknowledged = word.has(StatusBit.ACKNOWLEDGED)
-        if self._phase is SetPointPhase.WAITING and not acknowledged:
-            self._phase = SetPointPhase.ASKING
-        elif self._phase is SetPointPhase.ASKING and acknowledged:
-            self._phase = SetPointPhase.RELEASING
-        elif self._phase is SetPointPhase.RELEASING and not acknowledged:
-            self._phase = SetPointPhase.UNDER_WAY
-        if self._phase is not SetPointPhase.UNDER_WAY or not word.has(StatusBit.REACHED):
-            return False
-        self._phase = SetPointPhase.FREE
-        return True
+        if word.state is not DriveState.ENABLED:
+            self.phase = SetPointPhase.TAKEN
+        elif self.phase is SetPointPhase.WAITING and not acknowledged:
+            self.phase = SetPointPhase.ASKING
+        elif self.phase is SetPointPhase.ASKING and acknowledged:
+            self.phase = SetPointPhase.RELEASING
+        elif self.phase is SetPointPhase.RELEASING and not acknowledged:
+            self.phase = SetPointPhase.TAKEN

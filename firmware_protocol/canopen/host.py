@@ -20,7 +20,7 @@ from firmware_protocol.canopen.objects import (
     TARGET_POSITION,
     Place,
 )
-from firmware_protocol.canopen.pdo import Direction, Mapping, PdoSetup
+from firmware_protocol.canopen.pdo import Direction, Mapping, Write, first_pdo
 from firmware_protocol.canopen.sdo import AbortCode, SdoClient, SdoEvent
 from firmware_protocol.canopen.services import (
     Emergency,
@@ -64,11 +64,11 @@ EVENTS_MAX = 2048
 FOREIGN = "no drive of this arm sends it"
 
 
-def drive_pdos(node: int) -> tuple[PdoSetup, PdoSetup]:
-    """Return the PDO settings that a drive needs: received, transmitted."""
+def drive_pdos(node: int) -> tuple[Write, ...]:
+    """Return the writes that set up a drive's PDOs."""
     return (
-        PdoSetup(Direction.RECEIVED, 1, node, COMMAND_PDO),
-        PdoSetup(Direction.TRANSMITTED, 1, node, REPORT_PDO),
+        *first_pdo(Direction.RECEIVED, node, COMMAND_PDO),
+        *first_pdo(Direction.TRANSMITTED, node, REPORT_PDO),
     )
 
 

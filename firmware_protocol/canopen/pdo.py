@@ -13,9 +13,9 @@ from typing import Any, TypeAlias
 
 from firmware_protocol.canopen.objects import DataType, Dictionary, Place
 from firmware_protocol.canopen.sdo import AbortCode
-from firmware_protocol.canopen.services import ONE_NODE, Service, cob_id
+from firmware_protocol.canopen.services import Service, cob_id
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import an_instance, message, whole_from
+from firmware_protocol.fields import message
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
 # The `struct` codes of the types that a PDO can carry.
@@ -151,7 +151,6 @@ PDO_SERVICES = {
     Direction.RECEIVED: (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4),
     Direction.TRANSMITTED: (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4),
 }
-PREDEFINED = 4
 _COB, _TRANSMISSION = 1, 2  # sub-indices
 
 
@@ -176,46 +175,26 @@ def switched_off(direction: Direction, number: int, node: int) -> Write:
     return Write(Place(PARAMETERS[direction][0] + number - 1, _COB), DataType.U32, cob)
 
 
-@message(
-    direction=an_instance(Direction, "a Direction"),
-    number=whole_from(1, PREDEFINED),
-    node=ONE_NODE,
-)
-class PdoSetup:
-    """The configuration of a PDO with a predefined COB-ID for every SYNC: `number` is 1 to 4.
+def first_pdo(direction: Direction, node: int, mapping: Mapping) -> tuple[Write, ...]:
+    """Return the writes that set up a device's first PDO of a direction, for every SYNC.
 
     The device's times stay as they are. If the transmission type of a received PDO is constant, it
     may take effect on events too.
     """
-
-    direction: Direction
-    number: int
-    node: int
-    mapping: Mapping
-
-    @property
-    def frame_id(self) -> int:
-        """The CAN id of the frames."""
-        return cob_id(PDO_SERVICES[self.direction][self.number - 1], self.node)
-
-    @property
-    def writes(self) -> tuple[Write, ...]:
-        """The SDO writes, in order."""
-        communication, mapping = (base + self.number - 1 for base in PARAMETERS[self.direction])
-        cob = self.frame_id
-        entries = self.mapping.entries
-        at_once = ON_EVENT if self.direction is Direction.RECEIVED else ()
-        return (
-            Write(Place(communication, _COB), DataType.U32, cob | NOT_VALID),
-            Write(Place(mapping, 0), DataType.U8, 0),
-            *(
-                Write(Place(mapping, sub), DataType.U32, entry.word)
-                for sub, entry in enumerate(entries, 1)
-            ),
-            Write(Place(mapping, 0), DataType.U8, len(entries)),
-            Write(Place(communication, _TRANSMISSION), DataType.U8, EVERY_SYNC, at_once),
-            Write(Place(communication, _COB), DataType.U32, cob),
-        )
+    communication, mapped = PARAMETERS[direction]
+    at_once = ON_EVENT if direction is Direction.RECEIVED else ()
+    cob = cob_id(PDO_SERVICES[direction][0], node)
+    return (
+        switched_off(direction, 1, node),
+        Write(Place(mapped, 0), DataType.U8, 0),
+        *(
+            Write(Place(mapped, sub), DataType.U32, entry.word)
+            for sub, entry in enumerate(mapping.entries, 1)
+        ),
+        Write(Place(mapped, 0), DataType.U8, len(mapping.entries)),
+        Write(Place(communication, _TRANSMISSION), DataType.U8, EVERY_SYNC, at_once),
+        Write(Place(communication, _COB), DataType.U32, cob),
+    )
 
 
 # The device's end of PDOs: the configuration in its objects, sending, and receiving.
@@ -225,7 +204,6 @@ class PdoSetup:
 # Source: CiA 301, PDO communication and mapping parameters.
 
 SYNCHRONOUS_MOST = 240
-ENTRIES_MOST = 8
 _REMOTE_ALONE = range(241, 254)
 
 
@@ -325,31 +303,21 @@ class DevicePdos:
             return _refused_communication(place.sub, value)
         if not self._value(Place(base + number, _COB)) & NOT_VALID:
             return AbortCode.DEVICE_STATE
-        if not place.sub:
-            return self._refused_count(place.index, value)
-        if self._value(Place(place.index, 0)):
-            return AbortCode.DEVICE_STATE
-        return self._refused_entry(value, received=received)
-
-    def _refused_count(self, index: int, count: int) -> AbortCode | None:
-        if count > ENTRIES_MOST:
-            return AbortCode.PDO_TOO_LONG
-        words = [self._value(Place(index, sub)) for sub in range(1, count + 1)]
-        if not all(words):
-            return AbortCode.NOT_MAPPABLE
-        bits = sum(word & 0xFF for word in words)
-        return AbortCode.PDO_TOO_LONG if bits > 8 * DATA_MAX else None
-
-    def _refused_entry(self, word: int, *, received: bool) -> AbortCode | None:
+        if place.sub:  # an entry, which counts from the moment that the number of entries is set
+            return AbortCode.DEVICE_STATE if self._value(Place(place.index, 0)) else None
+        words = [self._value(Place(place.index, sub)) for sub in range(1, value + 1)]
         try:
-            place = Mapped.of(word, self._dictionary).place
+            mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
         except (BadField, RemoteProtocolError):
-            return AbortCode.NO_OBJECT if word else None
-        entry = self._dictionary.find(place)
-        fits = entry is not None and entry.mappable
-        if fits and entry is not None:
-            fits = entry.access.writable if received else entry.access.readable
+            return AbortCode.NOT_MAPPABLE if value else None
+        fits = all(self._mappable(place, received=received) for place in mapped.places)
         return None if fits else AbortCode.NOT_MAPPABLE
+
+    def _mappable(self, place: Place, *, received: bool) -> bool:
+        entry = self._dictionary.find(place)
+        if entry is None or not entry.mappable:
+            return False
+        return entry.access.writable if received else entry.access.readable
 
     def _described(self, direction: Direction) -> Iterator[DevicePdo]:
         """Yield the valid PDOs of a direction, as configured in the objects."""

@@ -9,7 +9,7 @@ from enum import Enum, IntEnum, IntFlag
 from typing import Self
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, whole
-from firmware_protocol.fields import BYTE, an_instance, message, optional, some_bytes, whole_from
+from firmware_protocol.fields import BYTE, an_instance, message, some_bytes, whole_from
 from firmware_protocol.frames import DATA_MAX, Frame
 
 # The highest node number; 0 addresses all nodes, in NMT commands only.
@@ -260,30 +260,22 @@ class NmtNode:
 
 # SYNC: the signal on which devices apply received PDOs and send their own.
 
-# The highest SYNC counter; after it the counter restarts at 1 (object 1019).
-COUNTER_MAX = 240
 
-
-@message(counter=optional(whole_from(1, COUNTER_MAX)))
+@message()
 class Sync:
-    """A SYNC message, with a counter if object 1019 requires one."""
-
-    counter: int | None = None
+    """A SYNC message. A counter in it (object 1019), as another master may send, is ignored."""
 
     @property
     def frame(self) -> Frame:
         """The CAN frame."""
-        return Frame(cob_id(Service.SYNC), b"" if self.counter is None else bytes((self.counter,)))
+        return Frame(cob_id(Service.SYNC))
 
     @classmethod
     def read(cls, frame: Frame) -> Sync:
         """Decode a frame. Raises `RemoteProtocolError`."""
         opened(frame, Service.SYNC)
-        data = sized(frame, 0, 1)
-        try:
-            return cls(data[0] if data else None)
-        except BadField as error:  # the sender chose the value
-            raise RemoteProtocolError(f"SYNC: {error}") from None
+        sized(frame, 0, 1)
+        return cls()
 
 
 # The meanings of the CiA 301 and CiA 402 error codes, in EMCY frames and in object 603F.

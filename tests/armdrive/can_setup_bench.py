@@ -19,7 +19,6 @@ from armdrive.setup.commissioning import (
     CommissioningOutcome,
     CommissioningPlan,
     commission,
-    commission_drive,
     plan_of,
 )
 from armdrive.setup.dialog_runner import DialogClock, carry_out, drive_dialog
@@ -108,7 +107,7 @@ class Bench:
     def one(self, name: str = "shoulder", *, again: bool = False) -> int | None:
         """Run the dialog about one motor; return its current, None if it is not ready."""
         drive = next(each for each in self.plan.drives if each.name == name)
-        return commission_drive(self.dialog, self.plan, drive, again=again)
+        return self.plan.tools.set_up(self.dialog, self.config, drive, again)
 
     @property
     def dialog(self) -> DriveDialog:

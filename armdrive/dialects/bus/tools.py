@@ -141,41 +141,21 @@ class DrivePlace:
     node: int
 
 
-class DriveAtHand(Protocol):
-    """A drive that is alone with its id. Every method that writes or turns it asks first."""
-
-    @property
-    def ready_ma(self) -> int:
-        """The motor current of a drive that has all its settings; 0 if not, or not reported."""
-
-    def settle(self) -> int:
-        """Set it up; return its motor current in mA, 0 if that was not changed."""
-
-    def calibrate(self) -> bool:
-        """Offer to calibrate its encoder; return whether it is calibrated now."""
-
-    def offer_zero(self) -> None:
-        """Offer a new zero if it counts too far from its own."""
-
-    def try_watchdog(self) -> None:
-        """Offer to try whether it stops by itself on a silent bus, and report what it did."""
-
-
 @dataclass(frozen=True, slots=True)
 class CommissioningTools:
     """How one dialect's drives are set up, one at a time.
 
-    `new_id` is the id of every new drive. `arrive` brings a drive to its id: it takes the dialog,
-    the arm, the drive, and whether the arm has other drives, and returns None if the person skips
-    the drive. `alone` takes the wire and finds out whether exactly one drive answers to an id.
-    `section` returns the arm file's section for drives with these ids and this current (0: not
-    stated).
+    `new_id` is the id of every new drive. `set_up` takes a drive through its steps: it takes the
+    dialog, the arm, the drive, and whether a drive that is ready is set up again; it returns the
+    motor current in mA, or None if the drive is not ready. `alone` takes the wire and finds out
+    whether exactly one drive answers to an id. `section` returns the arm file's section for drives
+    with these ids and this current (0: not stated).
     """
 
     new_id: int
     steps: tuple[str, ...]
     caution: str
-    arrive: Callable[[DriveDialog, ArmConfig, DrivePlace, bool], DriveAtHand | None]
+    set_up: Callable[[DriveDialog, ArmConfig, DrivePlace, bool], int | None]
     alone: Callable[[Any, int], Script[Any, bool]]
     section: Callable[[Any, Sequence[int], int], Mapping[str, Any]]
 

@@ -55,15 +55,13 @@ def required_settings(
     `cycle_ms` is None if no cyclic mode is used. Drives that `watches` is false for react to no
     missing heartbeat.
     """
-    received, transmitted = canopen.drive_pdos(node)
     ramps = () if quick_slope is None else (quick_slope,)
     cyclic = (
         Write(canopen.PERIOD, DataType.U8, cycle_ms or 0),
         Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS),
     )
     return (
-        *received.writes,
-        *transmitted.writes,
+        *canopen.drive_pdos(node),
         *safety(watches=watches),
         *(Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, each) for each in ramps),
         *(cyclic if cycle_ms else ()),

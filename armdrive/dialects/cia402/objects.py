@@ -104,17 +104,6 @@ _CONTROL: Mapping[ControlBit, str] = {
 _CONTROL_IN: Mapping[OperationMode, Mapping[ControlBit, str]] = {
     OperationMode.HOMING: {ControlBit.NEW_SET_POINT: "go home"},
 }
-_STOPPING = {
-    QuickStopOption.DISABLE: "the motor loses its current at once",
-    QuickStopOption.RAMP: "by its ramp, then it disables itself",
-    QuickStopOption.QUICK_RAMP: "by the quick-stop ramp, then it disables itself",
-    QuickStopOption.CURRENT_LIMIT: "at the limit of current, then it disables itself",
-    QuickStopOption.VOLTAGE_LIMIT: "at the limit of voltage, then it disables itself",
-    QuickStopOption.RAMP_AND_STAY: "by its ramp, then it holds",
-    QuickStopOption.QUICK_RAMP_AND_STAY: "by the quick-stop ramp, then it holds",
-    QuickStopOption.CURRENT_LIMIT_AND_STAY: "at the limit of current, then it holds",
-    QuickStopOption.VOLTAGE_LIMIT_AND_STAY: "at the limit of voltage, then it holds",
-}
 _REACTIONS = {0: "nothing", 1: "fault", 2: "disable voltage", 3: "quick stop"}
 # The homing methods of CiA 402-2 (6098): up is the direction in which the drive counts up.
 _HOMING: tuple[tuple[tuple[int, ...], str], ...] = (
@@ -187,8 +176,8 @@ def register_words(value: int) -> str:
 
 def stopping_words(value: int) -> str:
     """Return an option code of a stop (605A, 605E)."""
-    words = next((_STOPPING[option] for option in QuickStopOption if option == value), None)
-    return f"{value}, {words}" if words else str(value)
+    words = next((in_words(option) for option in QuickStopOption if option == value), "not known")
+    return f"{value}, {words}"
 
 
 def reaction_words(value: int) -> str:

@@ -209,7 +209,7 @@ SENTENCES: Sentences = MappingProxyType(
     {
         Nmt: lambda message: _ORDERS[message.command],
         Heartbeat: lambda message: _NODE_STATES[message.state],
-        Sync: lambda message: "SYNC" + (f" {message.counter}" if message.counter else ""),
+        Sync: lambda _: "SYNC",
         Emergency: _emergency,
         StartUpload: lambda message: f"read {object_words(message.place)}",
         StartDownload: lambda message: (

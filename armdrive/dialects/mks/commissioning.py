@@ -417,9 +417,27 @@ CHECKS = (
 )
 
 
-def arrive(
-    dialog: DriveDialog, arm: ArmConfig, drive: DrivePlace, others: bool
-) -> MksDriveAtHand | None:
+def set_up(dialog: DriveDialog, arm: ArmConfig, drive: DrivePlace, again: bool) -> int | None:
+    """Take a drive through its steps; return its motor current in mA, None if it is not ready."""
+    found = _arrived(dialog, drive, others=len(arm.device.ids) > 1)
+    if found is None:
+        return None
+    at_hand = MksDriveAtHand(dialog, arm, drive, found)
+    if at_hand.ready_ma and not again:
+        dialog.say("It has its id and its settings: nothing to do.")
+        return at_hand.ready_ma
+    # the current first: without enough of it, a calibration never ends
+    current_ma = at_hand.settle()
+    calibrated = at_hand.calibrate()
+    at_hand.offer_zero()
+    if not (current_ma and calibrated):
+        return None
+    # last, since only a calibrated motor turns as ordered
+    at_hand.try_watchdog()
+    return current_ma
+
+
+def _arrived(dialog: DriveDialog, drive: DrivePlace, *, others: bool) -> KnownDrive | None:
     """Bring a drive to its id; None if the person skips it."""
     found = _recognised(dialog, drive, others)
     while found is None:
@@ -432,7 +450,7 @@ def arrive(
             return None
         if ready:
             found = _checked(dialog, drive.node)
-    return MksDriveAtHand(dialog, arm, drive, found)
+    return found
 
 
 def _recognised(dialog: DriveDialog, drive: DrivePlace, others: bool) -> KnownDrive | None:
@@ -554,7 +572,7 @@ BUS = BusTools(
         new_id=NODE_DEFAULT,
         steps=STEPS,
         caution=ONE_AT_A_TIME,
-        arrive=arrive,
+        set_up=set_up,
         alone=alone,
         section=section,
     ),

@@ -17,7 +17,7 @@ from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
 from armdrive.dialects.mks.drive import MksDrive, obeys_bus
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
-from armdrive.dialects.mks.stops import MksStops, pushing_words
+from armdrive.dialects.mks.stops import halt, pushing_words, relieve
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
 from firmware_protocol.mks import (
     LATEST,
@@ -131,62 +131,60 @@ class Trouble:
     place: int = 0
 
 
-class MksInquiry:
-    """Finds out what keeps drives from moving."""
+def stalled_among(io: MksExchange, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
+    """Return the drives whose stall protection has released the shaft."""
+    found = yield from io.read(ReadStall(), drives)
+    return [drive for drive, each in found.items() if each == StallRead(on=True)]
 
-    def __init__(self, io: MksExchange) -> None:
-        self._io = io
 
-    def stalled(self, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
-        """Return the drives whose stall protection has released the shaft."""
-        found = yield from self._io.read(ReadStall(), drives)
-        return [drive for drive, each in found.items() if each == StallRead(on=True)]
+def off_among(io: MksExchange, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
+    """Return the drives whose motors have no current."""
+    found = yield from io.read(ReadEnabled(), drives)
+    return [drive for drive, each in found.items() if each == EnabledRead(on=False)]
 
-    def off(self, drives: Collection[MksDrive]) -> MksScript[list[MksDrive]]:
-        """Return the drives whose motors have no current."""
-        found = yield from self._io.read(ReadEnabled(), drives)
-        return [drive for drive, each in found.items() if each == EnabledRead(on=False)]
 
-    def mode_words(self, drive: MksDrive) -> Words:
-        """Return that a drive is in a mode that the bus cannot move; empty if it is not."""
-        if not self._io.can(Ability.READ_SETTINGS):
-            return ""
-        mode = yield from self._io.setting(drive, Code.MODE)
-        if not isinstance(mode, SetMode) or obeys_bus(mode):
-            return ""
-        return (
-            f"{drive} is in mode {mode.mode.title}, in which the bus moves nothing: set mode "
-            f"{Mode.BUS_FOC.title} in its menu, or run `armdrive doctor --fix`"
+def mode_words(io: MksExchange, drive: MksDrive) -> Words:
+    """Return that a drive is in a mode that the bus cannot move; empty if it is not."""
+    if not io.can(Ability.READ_SETTINGS):
+        return ""
+    mode = yield from io.setting(drive, Code.MODE)
+    if not isinstance(mode, SetMode) or obeys_bus(mode):
+        return ""
+    return (
+        f"{drive} is in mode {mode.mode.title}, in which the bus moves nothing: set mode "
+        f"{Mode.BUS_FOC.title} in its menu, or run `armdrive doctor --fix`"
+    )
+
+
+def ask_fitness(io: MksExchange, drive: MksDrive) -> None:
+    """Ask a moving drive what may keep it from moving; its `unfit` takes the answers.
+
+    Waits for nothing, since the other drives are still moving and a stop must not wait.
+    """
+    questions: list[Read | ReadSetting] = [ReadStall(), ReadEnabled()]
+    if io.can(Ability.READ_SETTINGS):
+        questions.append(ReadSetting(Code.MODE))
+    for question in questions:
+        io.put(drive, question)
+
+
+def explain(io: MksExchange, trouble: Trouble) -> MksScript[Alert]:
+    """Find out why a drive is in trouble, and what that means for the arm."""
+    drive = trouble.drive
+    if trouble.kind is TroubleKind.LIMIT:
+        words = f"{drive} has run into a limit switch, which stopped it"
+        return Alert(AlertKind.ALARM_LOST, words)
+    if (yield from stalled_among(io, (drive,))):
+        return Alert(AlertKind.SWITCHED_OFF, stall_words(drive))
+    if drive.restarted:
+        return Alert(
+            AlertKind.RESTARTED,
+            f"{drive} was reset or lost its power: it counts from zero again",
         )
-
-    def ask_fitness(self, drive: MksDrive) -> None:
-        """Ask a moving drive what may keep it from moving; its `unfit` takes the answers.
-
-        Waits for nothing, since the other drives are still moving and a stop must not wait.
-        """
-        questions: list[Read | ReadSetting] = [ReadStall(), ReadEnabled()]
-        if self._io.can(Ability.READ_SETTINGS):
-            questions.append(ReadSetting(Code.MODE))
-        for question in questions:
-            self._io.put(drive, question)
-
-    def explain(self, trouble: Trouble) -> MksScript[Alert]:
-        """Find out why a drive is in trouble, and what that means for the arm."""
-        drive = trouble.drive
-        if trouble.kind is TroubleKind.LIMIT:
-            words = f"{drive} has run into a limit switch, which stopped it"
-            return Alert(AlertKind.ALARM_LOST, words)
-        if (yield from self.stalled((drive,))):
-            return Alert(AlertKind.SWITCHED_OFF, stall_words(drive))
-        if drive.restarted:
-            return Alert(
-                AlertKind.RESTARTED,
-                f"{drive} was reset or lost its power: it counts from zero again",
-            )
-        if (yield from self.off((drive,))):
-            return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
-        mode = yield from self.mode_words(drive)
-        return Alert(AlertKind.OFF_PATH, mode or off_path_words(drive, trouble.place))
+    if (yield from off_among(io, (drive,))):
+        return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off")
+    mode = yield from mode_words(io, drive)
+    return Alert(AlertKind.OFF_PATH, mode or off_path_words(drive, trouble.place))
 
 
 def stall_words(drive: MksDrive) -> str:
@@ -224,11 +222,8 @@ OWN_ID = (
 class MksContact:
     """Brings all drives to the state in which they stand, reply and hold."""
 
-    def __init__(
-        self, io: MksExchange, stops: MksStops, inquiry: MksInquiry, on_firmware: Callable[[], None]
-    ) -> None:
-        self._io, self._stops, self._inquiry = io, stops, inquiry
-        self._on_firmware = on_firmware
+    def __init__(self, io: MksExchange, on_firmware: Callable[[], None]) -> None:
+        self._io, self._on_firmware = io, on_firmware
         self.connected = False
         """Whether all drives were found standing."""
         self.on = False
@@ -321,7 +316,7 @@ class MksContact:
 
     def _stop(self, drives: Sequence[MksDrive]) -> MksScript[None]:
         """Stop drives. Raises `Obstructed` if one does not come to rest."""
-        left = yield from self._stops.halt(drives, hard=any(drive.homes for drive in drives))
+        left = yield from halt(self._io, drives, hard=any(drive.homes for drive in drives))
         if left:
             raise Obstructed(unstopped_words(left[0]))
 
@@ -335,7 +330,7 @@ class MksContact:
             if not self.on or drive.moving or drive.is_near:
                 continue
             trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
-            io.notify((yield from self._inquiry.explain(trouble)))
+            io.notify((yield from explain(io, trouble)))
             drive.stand(io.now_s)
         return io.registers()
 
@@ -353,9 +348,9 @@ class MksContact:
         spring to its set-point as soon as it comes free.
         """
         yield from self.adopt_positions()
-        pushing = yield from self._stops.relieve(self._io.drives)
+        pushing = yield from relieve(self._io, self._io.drives)
         for drive, off in pushing.items():
-            if why := (yield from self._inquiry.mode_words(drive)):  # it obeys nothing, and pushes
+            if why := (yield from mode_words(self._io, drive)):  # it obeys nothing, and pushes
                 raise Obstructed(why)
             self._io.notify(ProtocolWarning(pushing_words(drive, off)))
         yield from self.adopt_positions()
@@ -365,15 +360,15 @@ class MksContact:
     def switch_on(self) -> Script:
         """Make every drive hold its motor where it is, and switch on its watchdog."""
         self.on = False
-        io, inquiry = self._io, self._inquiry
+        io = self._io
         yield from self.adopt_positions()
-        if stalled := (yield from inquiry.stalled(io.drives)):
+        if stalled := (yield from stalled_among(io, io.drives)):
             raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
         for drive in io.drives:  # before any is switched on: else some would hold, others not
-            if words := (yield from inquiry.mode_words(drive)):
+            if words := (yield from mode_words(io, drive)):
                 raise Obstructed(words)
         yield from self._command(Enable(on=True), "ENABLE")
-        if off := (yield from inquiry.off(io.drives)):
+        if off := (yield from off_among(io, io.drives)):
             raise Obstructed(f"{off[0]} does not switch its motor on")
         self.watched = yield from self._watch()
         self.on = True
@@ -426,19 +421,19 @@ class MksContact:
             raise Obstructed(io.absence(missing, began_s) if silent else replies)
         for drive, reply in found.items():
             if not is_done(reply):
-                why = yield from self._inquiry.mode_words(drive)
+                why = yield from mode_words(self._io, drive)
                 raise Obstructed(why or f"{drive} refused {text}: {NO_SUCH_ORDER}")
 
     # -- faults -------------------------------------------------------------------------------
 
     def clear(self) -> Script:
         """Clear stalls. Motor currents stay as they are, and nothing moves."""
-        inquiry = self._inquiry
+        io = self._io
         yield from self._end_earlier_motion()
-        stalled = yield from inquiry.stalled(self._io.drives)
+        stalled = yield from stalled_among(io, io.drives)
         if stalled:
-            yield from self._io.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
-            if left := (yield from inquiry.stalled(stalled)):
+            yield from io.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
+            if left := (yield from stalled_among(io, stalled)):
                 raise Obstructed(f"{stall_words(left[0])}; it does not clear that")
         yield from self._adopt_and_relieve() if self.on else self.adopt_positions()
         return Done()

@@ -22,12 +22,12 @@ from armdrive.dialects.controller import (
     Stopping,
 )
 from armdrive.dialects.mks.compare import compare, fix
-from armdrive.dialects.mks.contact import MksContact, MksInquiry
+from armdrive.dialects.mks.contact import MksContact
 from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.homing import HOMING_SLOPE, MksHoming
 from armdrive.dialects.mks.motion import MksMotion, catch_up_rpm, catch_up_travel
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops
+from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Done,
@@ -57,15 +57,11 @@ class MksController(ScriptRunner[Event]):
         self.settings = settings
         self._slope = slope_of(settings.acceleration)
         self._fastest_hz = min(motors.fastest_hz, _TOP_HZ)
-        self.ramp_s = self._fastest_hz / self._slope
-        """How long the arm's fastest drive brakes."""
-        self._exchange = io = MksExchange(settings, motors.names)
+        self._exchange = io = MksExchange(settings, motors.names, self._fastest_hz / self._slope)
         super().__init__(replace(abilities, motors=motors.count), io.host, io)
-        self._stops = MksStops(io, self.ramp_s)
-        self._inquiry = MksInquiry(io)
-        self._contact = MksContact(io, self._stops, self._inquiry, self._choose)
-        self._motion = MksMotion(io, self._stops, self._inquiry)
-        self._homing = MksHoming(io, self._stops, self._inquiry, motors.ranges)
+        self._contact = MksContact(io, self._choose)
+        self._motion = MksMotion(io)
+        self._homing = MksHoming(io, motors.ranges)
         self._choose()
 
     def _choose(self) -> None:

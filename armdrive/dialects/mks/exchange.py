@@ -96,10 +96,11 @@ class MksExchange(ScriptIO[Event]):
 
     look_at = ALL_SILENT
 
-    def __init__(self, settings: MksSettings, names: Iterable[str]) -> None:
+    def __init__(self, settings: MksSettings, names: Iterable[str], ramp_s: float = 0.0) -> None:
         super().__init__(self.unsolicited)
         self.host = Host(settings.ids)
-        self.settings = settings
+        self.settings, self.ramp_s = settings, ramp_s
+        """The arm file's section, and how long the fastest drive brakes."""
         named = zip(settings.ids, names, strict=True)
         self.drives = tuple(MksDrive(node, name, settings) for node, name in named)
         """All drives, in motor order."""

@@ -24,10 +24,10 @@ from armdrive.dialects.bus.homing import (
     homing_estimate,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
-from armdrive.dialects.mks.contact import OWN_ID, MksInquiry, stall_words
+from armdrive.dialects.mks.contact import OWN_ID, stall_words, stalled_among
 from armdrive.dialects.mks.drive import MksDrive, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
-from armdrive.dialects.mks.stops import MksStops
+from armdrive.dialects.mks.stops import halt, relieve
 from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, RequestRejected
 from firmware_protocol.mks import (
@@ -72,10 +72,8 @@ def two_zeros_words(drive: MksDrive) -> str:
 class MksHoming:
     """Lets drives home themselves."""
 
-    def __init__(
-        self, io: MksExchange, stops: MksStops, inquiry: MksInquiry, ranges: Sequence[float]
-    ) -> None:
-        self._io, self._stops, self._inquiry = io, stops, inquiry
+    def __init__(self, io: MksExchange, ranges: Sequence[float]) -> None:
+        self._io = io
         self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
         self._rates_hz: dict[MksDrive, float] = {}
@@ -117,12 +115,12 @@ class MksHoming:
         yield from self._search(search)
         if search.left:
             began_s = io.now_s
-            unstopped = yield from self._stops.halt(search.left, hard=True)
+            unstopped = yield from halt(io, search.left, hard=True)
             if unstopped and (missing := (yield from io.look())):
                 return midway(io.absence(missing, began_s))
             for drive in search.left:
                 drive.stand(io.now_s)
-            yield from self._stops.relieve([each for each in drives if each not in unstopped])
+            yield from relieve(io, [each for each in drives if each not in unstopped])
             if unstopped:
                 return RequestRejected(unstopped_words(unstopped[0]))
         if search.wrong:
@@ -154,7 +152,7 @@ class MksHoming:
 
     def _explained(self, search: HomingSearch[MksDrive]) -> MksScript[str]:
         """Return what went wrong, and report a drive that has released its shaft."""
-        stalled = yield from self._inquiry.stalled(search.left)
+        stalled = yield from stalled_among(self._io, search.left)
         if not stalled:
             return search.wrong
         words = stall_words(stalled[0])

@@ -27,10 +27,17 @@ from armdrive.dialects.bus.drives import midway, unstopped_words
 from armdrive.dialects.bus.paths import PlannedPath, SegmentFeed
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
-from armdrive.dialects.mks.contact import MksInquiry, Trouble, TroubleKind
+from armdrive.dialects.mks.contact import Trouble, TroubleKind, ask_fitness, explain
 from armdrive.dialects.mks.drive import LATE_REPLY_S, MksDrive
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
-from armdrive.dialects.mks.stops import STOP_POLL_S, MksStops, pushing_words, ramp_to, shared_acc
+from armdrive.dialects.mks.stops import (
+    STOP_POLL_S,
+    halt,
+    pushing_words,
+    ramp_to,
+    relieve,
+    shared_acc,
+)
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -215,8 +222,8 @@ class Trip:
 class MksMotion:
     """Moves the drives of one arm."""
 
-    def __init__(self, io: MksExchange, stops: MksStops, inquiry: MksInquiry) -> None:
-        self._io, self._stops, self._inquiry = io, stops, inquiry
+    def __init__(self, io: MksExchange) -> None:
+        self._io = io
         self.underruns = 0
         """How often drives stood still although more of their motion was to come."""
 
@@ -363,7 +370,7 @@ class MksMotion:
                 return Trouble(drive, TroubleKind.UNFIT)
             if io.now_s >= drive.rejected_s:
                 drive.rejected_s = math.inf
-                self._inquiry.ask_fitness(drive)
+                ask_fitness(io, drive)
             if drive.asked_s > -math.inf:
                 late_s = MAX_DELAY_S + drive.questions.slow_s
                 low, high = expected(motor, drive.asked_s - late_s)
@@ -379,7 +386,7 @@ class MksMotion:
         io, began_s = self._io, self._io.now_s
         moving = [drive for drive in io.drives if drive.moving]
         targets = {drive: drive.target for drive in io.drives}
-        left = yield from self._stops.halt(moving, hard=io.stop_hard)
+        left = yield from halt(io, moving, hard=io.stop_hard)
         if left:
             silent = [drive for drive in left if drive.questions.owes]
             return (yield from self._unheard(silent or left, began_s, turning=not silent))
@@ -389,9 +396,9 @@ class MksMotion:
             place = min(max(drive.count, low), high)
             if abs(drive.count - place) > io.settings.following_error_counts:
                 trouble = Trouble(drive, TroubleKind.OFF_PATH, round(place))
-                io.notify((yield from self._inquiry.explain(trouble)))
+                io.notify((yield from explain(io, trouble)))
             drive.stand(io.now_s, stopped=drive in moving)
-        for drive, off in (yield from self._stops.relieve(moving)).items():
+        for drive, off in (yield from relieve(io, moving)).items():
             io.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
         return Halted()
 
@@ -399,19 +406,19 @@ class MksMotion:
         """Stop the drives, have each hold where it stands, and find out what is wrong."""
         io, began_s = self._io, self._io.now_s
         moving = [drive for drive in io.drives if drive.moving]
-        left = yield from self._stops.halt(moving, hard=io.stop_hard)
+        left = yield from halt(io, moving, hard=io.stop_hard)
         silent = [drive for drive in io.drives if drive.questions.owes]
         reply: Reply
         if left or trouble.kind is TroubleKind.SILENT:
             silent = silent or ([] if left else [trouble.drive])
             reply = yield from self._unheard(silent or left, began_s, turning=not silent)
         else:
-            alert = yield from self._inquiry.explain(trouble)
+            alert = yield from explain(io, trouble)
             io.notify(alert)
             reply = RequestRejected(alert.text)
         for drive in moving:
             drive.stand(io.now_s, stopped=True)
-        yield from self._stops.relieve([drive for drive in moving if drive not in left])
+        yield from relieve(io, [drive for drive in moving if drive not in left])
         return reply
 
     def _unheard(

@@ -44,80 +44,72 @@ ORDER_DELAY_S = 0.003
 MIN_RAMP_SHARE = 0.1
 
 
-class MksStops:
-    """Stops drives, and relieves drives that stand and push."""
+def halt(io: MksExchange, drives: Collection[MksDrive], *, hard: bool) -> MksScript[list[MksDrive]]:
+    """Stop drives, and wait until they stand; return those that are not known to.
 
-    def __init__(self, io: MksExchange, ramp_s: float) -> None:
-        self._io = io
-        self._patience_s = 2.0 * ramp_s + PATIENCE_S
-
-    def halt(self, drives: Collection[MksDrive], *, hard: bool) -> MksScript[list[MksDrive]]:
-        """Stop drives, and wait until they stand; return those that are not known to.
-
-        The stop is repeated until a drive stands: no reply shows that it was received, since an
-        order before it is answered alike.
-        """
-        io, left, most = self._io, list(drives), self._io.settings.acceleration
-        if not left:
-            return left
-        for drive in drives:
-            drive.reckon(io.now_s)
-        fastest = max(abs(drive.speed) for drive in drives) or 1.0
-        ramps = {
-            each: ramp_to(each, each.target, most, abs(each.speed) / fastest) for each in drives
-        }
-        for drive in drives:
-            drive.order = None  # no reply makes it be sent again
-        began_s, due_s, end_s = io.now_s, io.now_s, io.listened.s + self._patience_s
-        while left and io.listened.s < end_s:
-            at_once = io.stop_hard and not hard
-            hard = hard or io.stop_hard
-            if io.now_s >= due_s or at_once:
-                for drive in left:
-                    self._send(drive, ramps[drive], hard=hard)
-                io.notify(Progress(io.registers()))
-                due_s = io.now_s + STOP_POLL_S
-            yield from io.hear(min(io.poll(left, STOP_POLL_S), due_s))
-            for drive in tuple(left):
-                if drive.stands(began_s, STANDS_S) and not drive.questions.owes:
-                    left.remove(drive)
-            if all(drive.questions.lost(io.listened.s) for drive in left):
-                break
+    The stop is repeated until a drive stands: no reply shows that it was received, since an
+    order before it is answered alike.
+    """
+    left, most = list(drives), io.settings.acceleration
+    if not left:
         return left
+    for drive in drives:
+        drive.reckon(io.now_s)
+    fastest = max(abs(drive.speed) for drive in drives) or 1.0
+    ramps = {each: ramp_to(each, each.target, most, abs(each.speed) / fastest) for each in drives}
+    for drive in drives:
+        drive.order = None  # no reply makes it be sent again
+    began_s, due_s, end_s = io.now_s, io.now_s, io.listened.s + 2.0 * io.ramp_s + PATIENCE_S
+    while left and io.listened.s < end_s:
+        at_once = io.stop_hard and not hard
+        hard = hard or io.stop_hard
+        if io.now_s >= due_s or at_once:
+            for drive in left:
+                _send(io, drive, ramps[drive], hard=hard)
+            io.notify(Progress(io.registers()))
+            due_s = io.now_s + STOP_POLL_S
+        yield from io.hear(min(io.poll(left, STOP_POLL_S), due_s))
+        for drive in tuple(left):
+            if drive.stands(began_s, STANDS_S) and not drive.questions.owes:
+                left.remove(drive)
+        if all(drive.questions.lost(io.listened.s) for drive in left):
+            break
+    return left
 
-    def _send(self, drive: MksDrive, ramp: int, *, hard: bool) -> None:
-        io = self._io
-        # fast drives must not do without a ramp; those that home ignore it, and are stopped hard
-        hard = hard and abs(drive.speed) / COUNTS_S_PER_RPM <= HARD_STOP_MAX_RPM
-        if hard and io.can(Ability.EMERGENCY_STOP):
-            io.put(drive, EmergencyStop(), "EMERGENCY STOP")
-        else:
-            io.put(drive, Stop(0 if hard else ramp), "STOP")
 
-    def relieve(self, drives: Collection[MksDrive]) -> MksScript[dict[MksDrive, int]]:
-        """Give drives that push their places as targets; return how far off their targets were.
+def _send(io: MksExchange, drive: MksDrive, ramp: int, *, hard: bool) -> None:
+    # fast drives must not do without a ramp; those that home ignore it, and are stopped hard
+    hard = hard and abs(drive.speed) / COUNTS_S_PER_RPM <= HARD_STOP_MAX_RPM
+    if hard and io.can(Ability.EMERGENCY_STOP):
+        io.put(drive, EmergencyStop(), "EMERGENCY STOP")
+    else:
+        io.put(drive, Stop(0 if hard else ramp), "STOP")
 
-        A position loop pushes towards its set-point for as long as the shaft is held away from it,
-        and springs there as soon as the shaft comes free. Drives report that distance (39). They
-        are relieved once only: a shaft that always hangs off its set-point would be followed away.
-        """
-        io, pushing = self._io, dict[MksDrive, int]()
-        found = yield from io.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
-        for drive, answer in found.items():
-            error = answer.error if isinstance(answer, AngleErrorRead) else 0
-            off = round(error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
-            if abs(off) > drive.rest and abs(drive.count) <= TARGET_MAX:
-                pushing[drive] = off
-                drive.rejected_s = math.inf
-                rpm = max(1, min(RELIEF_RPM, round(abs(off) / COUNTS_S_PER_RPM / RELIEF_S * 3)))
-                io.send(drive, MoveAbsoluteAxis(drive.count, rpm, io.settings.acceleration))
-        if pushing:
-            end_s = io.now_s + RELIEF_S
-            while io.now_s < end_s:
-                yield from io.hear(min(io.poll(pushing, STOP_POLL_S), end_s))
-            for drive in pushing:
-                drive.stand(io.now_s)
-        return pushing
+
+def relieve(io: MksExchange, drives: Collection[MksDrive]) -> MksScript[dict[MksDrive, int]]:
+    """Give drives that push their places as targets; return how far off their targets were.
+
+    A position loop pushes towards its set-point for as long as the shaft is held away from it,
+    and springs there as soon as the shaft comes free. Drives report that distance (39). They
+    are relieved once only: a shaft that always hangs off its set-point would be followed away.
+    """
+    pushing = dict[MksDrive, int]()
+    found = yield from io.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
+    for drive, answer in found.items():
+        error = answer.error if isinstance(answer, AngleErrorRead) else 0
+        off = round(error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)
+        if abs(off) > drive.rest and abs(drive.count) <= TARGET_MAX:
+            pushing[drive] = off
+            drive.rejected_s = math.inf
+            rpm = max(1, min(RELIEF_RPM, round(abs(off) / COUNTS_S_PER_RPM / RELIEF_S * 3)))
+            io.send(drive, MoveAbsoluteAxis(drive.count, rpm, io.settings.acceleration))
+    if pushing:
+        end_s = io.now_s + RELIEF_S
+        while io.now_s < end_s:
+            yield from io.hear(min(io.poll(pushing, STOP_POLL_S), end_s))
+        for drive in pushing:
+            drive.stand(io.now_s)
+    return pushing
 
 
 def shared_acc(acc: int, share: float) -> int:

@@ -246,30 +246,20 @@ def test_a_unit_of_speed_is_told_in_increments_a_second(word, unit_hz):
 IDLE, READY, ACK = 0x0637, 0x0237, 0x1237
 
 
-def heard(host, *values) -> list[bool]:
-    return [host.receive(Statusword(value)) for value in values]
-
-
-def test_a_target_is_asked_for_acknowledged_released_and_reached():
-    host = canopen.SetPointHost()
-    assert [
-        (host.controlword.value, host.phase, *heard(host, value))
-        for value in (IDLE, ACK, READY, READY, IDLE, IDLE)
-    ] == [
-        (0x2F, canopen.SetPointPhase.WAITING, False),
-        (0x3F, canopen.SetPointPhase.ASKING, False),
-        (0x2F, canopen.SetPointPhase.RELEASING, False),
-        (0x2F, canopen.SetPointPhase.UNDER_WAY, False),
-        (0x2F, canopen.SetPointPhase.UNDER_WAY, True),
-        (0x2F, canopen.SetPointPhase.FREE, False),
-    ]
-    host = canopen.SetPointHost()  # what was reached before is not believed
-    assert heard(host, IDLE, IDLE, IDLE | 0x1000, IDLE | 0x1000, IDLE) == [*[False] * 4, True]
-    host = canopen.SetPointHost()  # room is waited for
-    assert not any(heard(host, ACK, ACK))
-    assert not host.controlword.has(ControlBit.NEW_SET_POINT)
-    heard(host, READY)
-    assert host.controlword.has(ControlBit.NEW_SET_POINT)
+def test_a_target_is_asked_for_acknowledged_and_released():
+    host, phases = canopen.SetPointHost(), canopen.SetPointPhase
+    # room is waited for first
+    for value, word, phase in (
+        (ACK, 0x2F, phases.WAITING),
+        (IDLE, 0x3F, phases.ASKING),
+        (IDLE, 0x3F, phases.ASKING),
+        (ACK, 0x2F, phases.RELEASING),
+        (READY, 0x2F, phases.TAKEN),
+        (ACK, 0x2F, phases.TAKEN),
+    ):
+        host.receive(Statusword(value))
+        assert (host.controlword.value, host.phase) == (word, phase)
+    assert host.taken
 
 
 def test_a_bit_that_was_up_before_enabling_moves_nothing():
@@ -289,25 +279,22 @@ def test_a_drive_that_loses_its_state_loses_its_target():
     assert drive.control(Controlword(0x3F)) == ((), False)
 
 
-STEPS = st.lists(st.tuples(st.booleans(), st.booleans(), st.booleans()), max_size=12)
+STEPS = st.lists(st.tuples(st.booleans(), st.booleans()), max_size=12)
 
 
 @given(st.lists(st.tuples(st.integers(-9, 9), STEPS), min_size=1, max_size=5))
-def test_reached_is_said_only_where_the_drive_is_and_lost_words_only_delay_it(script):
+def test_a_target_is_taken_once_and_lost_words_only_delay_it(script):
     """Master and drive hear each other's words only now and then."""
-    drive, position, goal = drive_in(DriveState.ENABLED), 0, 0
+    drive, goals = drive_in(DriveState.ENABLED), []
     for target, steps in script:
-        host, reached = canopen.SetPointHost(), False
-        for down, up, moves in (*steps, *[(True, True, True)] * 4):
+        host = canopen.SetPointHost()
+        for down, up in (*steps, *[(True, True)] * 4):
             if down and drive.control(host.controlword)[1]:
-                goal = target
-            if moves and drive.points.active:
-                position, drive.points.active = goal, False
-            if up and host.receive(drive.statusword()):
-                assert not reached
-                assert position == target
-                reached = True
-        assert reached
+                goals.append(target)
+            if up:
+                host.receive(drive.statusword())
+        assert host.taken
+    assert goals == [target for target, _ in script]
 
 
 @given(st.lists(ANY_WORD))
@@ -316,6 +303,6 @@ def test_any_statusword_in_any_phase_is_borne(values):
     for value in values:
         host.receive(Statusword(value))
         enabled_still = Statusword(value).state is DriveState.ENABLED
-        assert enabled_still or host.phase is canopen.SetPointPhase.FREE
+        assert enabled_still or host.phase is canopen.SetPointPhase.TAKEN
         asking = host.controlword.has(ControlBit.NEW_SET_POINT)
         assert asking == (host.phase is canopen.SetPointPhase.ASKING)

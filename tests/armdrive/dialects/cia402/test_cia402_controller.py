@@ -58,7 +58,7 @@ def test_a_drive_without_the_quick_stop_that_holds_refuses_contact_in_words():
     reply = Rig(missing="605A").do(ReadPosition())
     assert isinstance(reply, RequestRejected)
     assert not reply.moved
-    quick_stop = "object 605A:00 Quick stop option code (6, by the quick-stop ramp, then it holds)"
+    quick_stop = "object 605A:00 Quick stop option code (6, quick ramp and stay)"
     assert quick_stop in reply.reason
 
 

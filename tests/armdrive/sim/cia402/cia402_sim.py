@@ -30,11 +30,11 @@ PP, HOMING, CSP = (
 )
 
 
-def setups(node: int) -> tuple[canopen.PdoSetup, canopen.PdoSetup]:
-    """Return the two PDOs that carry all of a motion."""
+def setups(node: int) -> tuple[canopen.Write, ...]:
+    """Return the writes that set up the two PDOs that carry all of a motion."""
     return (
-        canopen.PdoSetup(canopen.Direction.RECEIVED, 1, node, ORDER),
-        canopen.PdoSetup(canopen.Direction.TRANSMITTED, 1, node, STATE),
+        *canopen.first_pdo(canopen.Direction.RECEIVED, node, ORDER),
+        *canopen.first_pdo(canopen.Direction.TRANSMITTED, node, STATE),
     )
 
 
@@ -95,9 +95,8 @@ class Bench(BusSim[Frame]):
         for node in nodes:
             for number in (2, 3):
                 self.write(node, canopen.Place(0x1800 + number - 1, 1), 1 << 31 | 0x181)
-            for setup in setups(node):
-                for write in setup.writes:
-                    assert self.write(node, write.place, write.value) is None
+            for write in setups(node):
+                assert self.write(node, write.place, write.value) is None
             assert self.write(node, canopen.Place(0x60C2, 1), 10) is None
             self.send(canopen.Nmt(canopen.NmtCommand.START, node).frame)
         self.run()

@@ -372,9 +372,8 @@ def test_nonsense_is_refused(place, value):
 def test_pdos_are_set_up_while_they_are_off_and_go_once_the_node_is_started():
     bench, count = Bench(), Place(0x1600, 0)
     assert bench.write(1, count, 0) == AbortCode.DEVICE_STATE
-    for setup in setups(1):
-        for write in setup.writes:
-            assert bench.write(1, write.place, write.value) is None
+    for write in setups(1):
+        assert bench.write(1, write.place, write.value) is None
     assert bench.sync() == {}
     bench.order(1, 6, CSP, 0)
     bench.sync()
