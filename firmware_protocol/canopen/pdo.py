@@ -204,6 +204,7 @@ def first_pdo(direction: Direction, node: int, mapping: Mapping) -> tuple[Write,
 # Source: CiA 301, PDO communication and mapping parameters.
 
 SYNCHRONOUS_MOST = 240
+ENTRIES_MOST = 8
 _REMOTE_ALONE = range(241, 254)
 
 
@@ -303,21 +304,31 @@ class DevicePdos:
             return _refused_communication(place.sub, value)
         if not self._value(Place(base + number, _COB)) & NOT_VALID:
             return AbortCode.DEVICE_STATE
-        if place.sub:  # an entry, which counts from the moment that the number of entries is set
-            return AbortCode.DEVICE_STATE if self._value(Place(place.index, 0)) else None
-        words = [self._value(Place(place.index, sub)) for sub in range(1, value + 1)]
-        try:
-            mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
-        except (BadField, RemoteProtocolError):
-            return AbortCode.NOT_MAPPABLE if value else None
-        fits = all(self._mappable(place, received=received) for place in mapped.places)
-        return None if fits else AbortCode.NOT_MAPPABLE
+        if not place.sub:
+            return self._refused_count(place.index, value)
+        if self._value(Place(place.index, 0)):
+            return AbortCode.DEVICE_STATE
+        return self._refused_entry(value, received=received)
 
-    def _mappable(self, place: Place, *, received: bool) -> bool:
+    def _refused_count(self, index: int, count: int) -> AbortCode | None:
+        if count > ENTRIES_MOST:
+            return AbortCode.PDO_TOO_LONG
+        words = [self._value(Place(index, sub)) for sub in range(1, count + 1)]
+        if not all(words):
+            return AbortCode.NOT_MAPPABLE
+        bits = sum(word & 0xFF for word in words)
+        return AbortCode.PDO_TOO_LONG if bits > 8 * DATA_MAX else None
+
+    def _refused_entry(self, word: int, *, received: bool) -> AbortCode | None:
+        try:
+            place = Mapped.of(word, self._dictionary).place
+        except (BadField, RemoteProtocolError):
+            return AbortCode.NO_OBJECT if word else None
         entry = self._dictionary.find(place)
-        if entry is None or not entry.mappable:
-            return False
-        return entry.access.writable if received else entry.access.readable
+        fits = entry is not None and entry.mappable
+        if fits and entry is not None:
+            fits = entry.access.writable if received else entry.access.readable
+        return None if fits else AbortCode.NOT_MAPPABLE
 
     def _described(self, direction: Direction) -> Iterator[DevicePdo]:
         """Yield the valid PDOs of a direction, as configured in the objects."""

@@ -2,9 +2,9 @@
 
 Read in this order, after `dialects.bus`:
 
-    controller   an arm's requests: which collaborator carries out each; the announced bounds
+    controller   an arm's requests: which script carries out each; the announced bounds
     drive        one drive: its orders, the replies that it owes, and what its readings show
-    exchange     frames to the drives and their replies
+    exchange     what scripts work with: the drives, frames to them and their replies
     contact      finding the drives, their firmware, why they do not move; switching their current,
                  clearing stalls
     motion       a motion, from the first order until all drives stand: targets along a path,

@@ -86,13 +86,13 @@ def wanted_settings(device: MksSettings, current_ma: int) -> list[WantedSetting]
     return wanted
 
 
-def compare(io: MksExchange, firmware: str) -> Script:
+def compare(io: MksExchange) -> Script:
     """Compare the settings that the arm depends on, as far as the firmware reports them.
 
     The watchdog is not compared: it is switched on with the motors.
     """
     if not io.can(Ability.READ_SETTINGS):
-        return DeviceSettings((), firmware)
+        return DeviceSettings((), io.firmware)
     began_s = io.now_s
     differences: list[Difference | None] = []
     for wanted in wanted_settings(io.settings, io.settings.current_ma):
@@ -102,7 +102,7 @@ def compare(io: MksExchange, firmware: str) -> Script:
         if missing := [drive for drive in io.drives if drive not in found]:
             return io.absence(missing, began_s)
         differences += (_difference(each, found[each], wanted) for each in io.drives)
-    return DeviceSettings(tuple(filter(None, differences)), firmware)
+    return DeviceSettings(tuple(filter(None, differences)), io.firmware)
 
 
 def _difference(drive: MksDrive, answer: Answer, wanted: WantedSetting) -> Difference | None:

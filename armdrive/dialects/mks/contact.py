@@ -7,7 +7,7 @@ whether it is alone, and why it does not move.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import NoReturn, TypeAlias
@@ -15,7 +15,7 @@ from typing import NoReturn, TypeAlias
 from armdrive.dialects.bus.drives import shared_words, unstopped_words
 from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.exchange import TRIES, Obstructed
-from armdrive.dialects.mks.drive import MksDrive, obeys_bus
+from armdrive.dialects.mks.drive import MksDrive, obeys_bus, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script, is_done
 from armdrive.dialects.mks.stops import halt, pushing_words, relieve
 from armdrive.tasks import Alert, AlertKind, Done, ProtocolWarning, RequestRejected
@@ -36,7 +36,6 @@ from firmware_protocol.mks import (
     ReadVersion,
     SetMode,
     SettingRead,
-    SilenceWatchdog,
     StallRead,
     Version,
     VersionRead,
@@ -219,221 +218,203 @@ OWN_ID = (
 )
 
 
-class MksContact:
-    """Brings all drives to the state in which they stand, reply and hold."""
+# Bringing all drives to the state in which they stand, reply and hold.
 
-    def __init__(self, io: MksExchange, on_firmware: Callable[[], None]) -> None:
-        self._io, self._on_firmware = io, on_firmware
-        self.connected = False
-        """Whether all drives were found standing."""
-        self.on = False
-        """Whether all drives were switched on."""
-        self.watched = False
-        """Whether every drive is known to stop on a silent bus."""
-        self._watchdog = watchdog = SilenceWatchdog(round(io.settings.watchdog_s * 1000.0))
-        self._watchdog_read = SettingRead(watchdog.code, watchdog.payload)
-        """What a drive reports that has the arm file's watchdog."""
-        self.firmware = ""
-        """The oldest firmware of all drives; empty before the first contact."""
 
-    def connect(self) -> MksScript[None]:
-        """Find every drive and wait until all stand. Raises `Obstructed` if that fails."""
-        io = self._io
-        began_s, io.last_command = io.now_s, "READ ENCODER"
-        io.surplus.clear()
+def connect(io: MksExchange) -> MksScript[None]:
+    """Find every drive and wait until all stand. Raises `Obstructed` if that fails."""
+    began_s, io.last_command = io.now_s, "READ ENCODER"
+    io.surplus.clear()
+    for _ in range(TRIES):
+        if missing := (yield from io.look()):
+            yield from _refuse_absent(io, missing, began_s)
+    if words := (yield from _shared_words(io)):
+        raise Obstructed(words)
+    yield from _recognise(io)
+    yield from _end_earlier_motion(io)
+    for drive in io.drives:
+        drive.target, drive.fresh = drive.count, True
+        drive.stand(io.now_s)
+    io.watched = not (yield from _unwatched(io))
+    io.connected = True
+
+
+def _refuse_absent(
+    io: MksExchange, missing: Sequence[MksDrive], since_s: float
+) -> MksScript[NoReturn]:
+    """Raise `Obstructed` for missing drives; they may have the ids of others."""
+    absence = io.absence(missing, since_s)
+    if isinstance(absence, RequestRejected):
+        there = [drive for drive in io.drives if drive not in missing]
         for _ in range(TRIES):
-            if missing := (yield from io.look()):
-                yield from self._refuse_absent(missing, began_s)
-        if words := (yield from self._shared_words()):
+            yield from io.look(there)
+        if shared := (yield from _shared_words(io)):
+            raise Obstructed(f"{absence.reason}. And {shared}")
+    raise Obstructed(absence)
+
+
+def _shared_words(io: MksExchange) -> Words:
+    """Wait for the answers of a second drive; return which ids two drives answer to."""
+    yield from io.pause(io.now_s + io.settings.answer_s)
+    return shared_words(io.surplus.shared, "id", OWN_ID)
+
+
+def _recognise(io: MksExchange) -> MksScript[None]:
+    """Learn the abilities that all drives have: those of the oldest firmware."""
+    version = io.settings.version
+    if version is None:
+        found = yield from firmware_of(io, io.drives)
+        for drive, each in found.items():
+            if each.e_series:
+                raise Obstructed(series_words(drive))
+        version = min(LATEST, *(each.version for each in found.values()))
+    io.firmware = str(Firmware(version))
+    io.able = abilities_of(version)
+
+
+def _end_earlier_motion(io: MksExchange) -> MksScript[None]:
+    """Wait until all drives stand, and stop those that do not."""
+    return end_earlier_motion(
+        io, lambda: _turning(io), lambda drives: _stop(io, drives), lambda drive: drive.homes
+    )
+
+
+def _turning(io: MksExchange) -> MksScript[list[MksDrive]]:
+    """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.
+
+    A stop would leave that one without a calibration.
+    """
+    yield from io.read(ReadState())
+    yield from io.require_positions()
+    turning = []
+    for drive in io.drives:
+        if drive.state is MotorState.CALIBRATING:
+            raise Obstructed(
+                f"{drive} is calibrating: wait until it has finished. If it does not, "
+                "switch its supply off and on: one that cannot turn its motor stays so"
+            )
+        drive.homes = drive.state is MotorState.HOMING
+        # some firmware reports braking for ever
+        brakes = drive.state is MotorState.DECELERATING
+        stands = brakes and drive.stands(-math.inf, BRAKING_S)
+        if drive.state in TURNING and not stands:
+            turning.append(drive)
+    if turning:
+        yield from io.pause(io.now_s + io.settings.poll_s)
+    return turning
+
+
+def _stop(io: MksExchange, drives: Sequence[MksDrive]) -> MksScript[None]:
+    """Stop drives. Raises `Obstructed` if one does not come to rest."""
+    left = yield from halt(io, drives, hard=any(drive.homes for drive in drives))
+    if left:
+        raise Obstructed(unstopped_words(left[0]))
+
+
+def read(io: MksExchange) -> Script:
+    """Read every encoder, and find out why a drive has moved that should hold its place."""
+    yield from io.require_positions()
+    for drive in io.drives:
+        if not io.on or drive.moving or drive.is_near:
+            continue
+        trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
+        io.notify((yield from explain(io, trouble)))
+        drive.stand(io.now_s)
+    return io.registers()
+
+
+def adopt_positions(io: MksExchange) -> MksScript[None]:
+    """Read where the drives stand, and take that for their targets."""
+    yield from io.require_positions()
+    for drive in io.drives:
+        drive.stand(io.now_s)
+
+
+def _adopt_and_relieve(io: MksExchange) -> MksScript[None]:
+    """Adopt the drives' positions, and relieve those that push.
+
+    A drive may have been blocked when its last program died or its cable was lost. It would
+    spring to its set-point as soon as it comes free.
+    """
+    yield from adopt_positions(io)
+    pushing = yield from relieve(io, io.drives)
+    for drive, off in pushing.items():
+        if why := (yield from mode_words(io, drive)):  # it obeys nothing, and pushes
+            raise Obstructed(why)
+        io.notify(ProtocolWarning(pushing_words(drive, off)))
+    yield from adopt_positions(io)
+
+
+def enable(io: MksExchange) -> Script:
+    """Make every drive hold its motor where it is, and switch on its watchdog."""
+    io.on = False
+    yield from adopt_positions(io)
+    if stalled := (yield from stalled_among(io, io.drives)):
+        raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
+    for drive in io.drives:  # before any is switched on: else some would hold, others not
+        if words := (yield from mode_words(io, drive)):
             raise Obstructed(words)
-        yield from self._recognise()
-        yield from self._end_earlier_motion()
-        for drive in io.drives:
-            drive.target, drive.fresh = drive.count, True
-            drive.stand(io.now_s)
-        self.watched = not (yield from self._unwatched())
-        self.connected = True
+    yield from _command(io, Enable(on=True), "ENABLE")
+    if off := (yield from off_among(io, io.drives)):
+        raise Obstructed(f"{off[0]} does not switch its motor on")
+    io.watched = yield from _watch(io)
+    io.on = True
+    yield from _adopt_and_relieve(io)
+    return Done()
 
-    def _refuse_absent(self, missing: Sequence[MksDrive], since_s: float) -> MksScript[NoReturn]:
-        """Raise `Obstructed` for missing drives; they may have the ids of others."""
-        io = self._io
-        absence = io.absence(missing, since_s)
-        if isinstance(absence, RequestRejected):
-            there = [drive for drive in io.drives if drive not in missing]
-            for _ in range(TRIES):
-                yield from io.look(there)
-            if shared := (yield from self._shared_words()):
-                raise Obstructed(f"{absence.reason}. And {shared}")
-        raise Obstructed(absence)
 
-    def _shared_words(self) -> Words:
-        """Wait for the answers of a second drive; return which ids two drives answer to."""
-        yield from self._io.pause(self._io.now_s + self._io.settings.answer_s)
-        return shared_words(self._io.surplus.shared, "id", OWN_ID)
+def disable(io: MksExchange) -> Script:
+    """Switch every drive's motor off."""
+    io.on = False
+    yield from _command(io, Enable(on=False), "DISABLE")
+    return Done()
 
-    def _recognise(self) -> MksScript[None]:
-        """Learn the abilities that all drives have: those of the oldest firmware."""
-        io = self._io
-        version = io.settings.version
-        if version is None:
-            found = yield from firmware_of(io, io.drives)
-            for drive, each in found.items():
-                if each.e_series:
-                    raise Obstructed(series_words(drive))
-            version = min(LATEST, *(each.version for each in found.values()))
-        self.firmware = str(Firmware(version))
-        io.able = abilities_of(version)
-        self._on_firmware()
 
-    def _end_earlier_motion(self) -> MksScript[None]:
-        """Wait until all drives stand, and stop those that do not."""
-        return end_earlier_motion(self._io, self._turning, self._stop, lambda drive: drive.homes)
+def _unwatched(io: MksExchange) -> MksScript[list[MksDrive]]:
+    """Return the drives that do not report the arm file's watchdog."""
+    if not io.watchable:
+        return list(io.drives)
+    answers = yield from io.read(ReadSetting(Code.WATCHDOG))
+    return [drive for drive in io.drives if setting_of(answers.get(drive)) != io.watchdog]
 
-    def _turning(self) -> MksScript[list[MksDrive]]:
-        """Return the drives that turn. Raises `Obstructed` if one calibrates its encoder.
 
-        A stop would leave that one without a calibration.
-        """
-        io = self._io
-        yield from io.read(ReadState())
-        yield from io.require_positions()
-        turning = []
-        for drive in io.drives:
-            if drive.state is MotorState.CALIBRATING:
-                raise Obstructed(
-                    f"{drive} is calibrating: wait until it has finished. If it does not, "
-                    "switch its supply off and on: one that cannot turn its motor stays so"
-                )
-            drive.homes = drive.state is MotorState.HOMING
-            # some firmware reports braking for ever
-            brakes = drive.state is MotorState.DECELERATING
-            stands = brakes and drive.stands(-math.inf, BRAKING_S)
-            if drive.state in TURNING and not stands:
-                turning.append(drive)
-        if turning:
-            yield from io.pause(io.now_s + io.settings.poll_s)
-        return turning
+def _watch(io: MksExchange) -> MksScript[bool]:
+    """Switch on the watchdog of every drive; return whether it is certainly on in all.
 
-    def _stop(self, drives: Sequence[MksDrive]) -> MksScript[None]:
-        """Stop drives. Raises `Obstructed` if one does not come to rest."""
-        left = yield from halt(self._io, drives, hard=any(drive.homes for drive in drives))
-        if left:
-            raise Obstructed(unstopped_words(left[0]))
+    A drive keeps it in a memory that wears out, so it is written only where it differs.
+    """
+    for _ in range(TRIES if io.watchable else 0):
+        other = yield from _unwatched(io)
+        if not other:
+            return True
+        yield from io.ask(dict.fromkeys(other, io.watchdog), text="WATCHDOG")
+    return not (yield from _unwatched(io))
 
-    # -- positions ----------------------------------------------------------------------------
 
-    def read(self) -> Script:
-        """Read every encoder, and find out why a drive has moved that should hold its place."""
-        io = self._io
-        yield from io.require_positions()
-        for drive in io.drives:
-            if not self.on or drive.moving or drive.is_near:
-                continue
-            trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
-            io.notify((yield from explain(io, trouble)))
-            drive.stand(io.now_s)
-        return io.registers()
+def _command(io: MksExchange, message: Message, text: str) -> MksScript[None]:
+    """Send every drive a command that is safe to repeat.
 
-    def adopt_positions(self) -> MksScript[None]:
-        """Read where the drives stand, and take that for their targets."""
-        io = self._io
-        yield from io.require_positions()
-        for drive in io.drives:
-            drive.stand(io.now_s)
+    Raises `Obstructed` if one does not obey.
+    """
+    began_s = io.now_s
+    found = yield from io.ask(dict.fromkeys(io.drives, message), text=text)
+    if missing := [drive for drive in io.drives if drive not in found]:
+        silent = yield from io.look(missing)
+        replies = f"{missing[0]} {REPLIES_OFF}"
+        raise Obstructed(io.absence(missing, began_s) if silent else replies)
+    for drive, reply in found.items():
+        if not is_done(reply):
+            why = yield from mode_words(io, drive)
+            raise Obstructed(why or f"{drive} refused {text}: {NO_SUCH_ORDER}")
 
-    def _adopt_and_relieve(self) -> MksScript[None]:
-        """Adopt the drives' positions, and relieve those that push.
 
-        A drive may have been blocked when its last program died or its cable was lost. It would
-        spring to its set-point as soon as it comes free.
-        """
-        yield from self.adopt_positions()
-        pushing = yield from relieve(self._io, self._io.drives)
-        for drive, off in pushing.items():
-            if why := (yield from mode_words(self._io, drive)):  # it obeys nothing, and pushes
-                raise Obstructed(why)
-            self._io.notify(ProtocolWarning(pushing_words(drive, off)))
-        yield from self.adopt_positions()
-
-    # -- current ------------------------------------------------------------------------------
-
-    def switch_on(self) -> Script:
-        """Make every drive hold its motor where it is, and switch on its watchdog."""
-        self.on = False
-        io = self._io
-        yield from self.adopt_positions()
-        if stalled := (yield from stalled_among(io, io.drives)):
-            raise Obstructed(f"{stall_words(stalled[0])}; `reset()` clears that")
-        for drive in io.drives:  # before any is switched on: else some would hold, others not
-            if words := (yield from mode_words(io, drive)):
-                raise Obstructed(words)
-        yield from self._command(Enable(on=True), "ENABLE")
-        if off := (yield from off_among(io, io.drives)):
-            raise Obstructed(f"{off[0]} does not switch its motor on")
-        self.watched = yield from self._watch()
-        self.on = True
-        yield from self._adopt_and_relieve()
-        return Done()
-
-    def switch_off(self) -> Script:
-        """Switch every drive's motor off."""
-        self.on = False
-        yield from self._command(Enable(on=False), "DISABLE")
-        return Done()
-
-    @property
-    def _watchable(self) -> bool:
-        """Whether the arm file wants a watchdog that the firmware has."""
-        return bool(self._watchdog.timeout_ms) and self._io.can(Ability.SILENCE_WATCHDOG)
-
-    def _unwatched(self) -> MksScript[list[MksDrive]]:
-        """Return the drives that do not report the arm file's watchdog."""
-        io = self._io
-        if not self._watchable:
-            return list(io.drives)
-        answers = yield from io.read(ReadSetting(self._watchdog.code))
-        return [drive for drive in io.drives if answers.get(drive) != self._watchdog_read]
-
-    def _watch(self) -> MksScript[bool]:
-        """Switch on the watchdog of every drive; return whether it is certainly on in all.
-
-        A drive keeps it in a memory that wears out, so it is written only where it differs.
-        """
-        io = self._io
-        for _ in range(TRIES if self._watchable else 0):
-            other = yield from self._unwatched()
-            if not other:
-                return True
-            yield from io.ask(dict.fromkeys(other, self._watchdog), text="WATCHDOG")
-        return not (yield from self._unwatched())
-
-    def _command(self, message: Message, text: str) -> MksScript[None]:
-        """Send every drive a command that is safe to repeat.
-
-        Raises `Obstructed` if one does not obey.
-        """
-        io = self._io
-        began_s = io.now_s
-        found = yield from io.ask(dict.fromkeys(io.drives, message), text=text)
-        if missing := [drive for drive in io.drives if drive not in found]:
-            silent = yield from io.look(missing)
-            replies = f"{missing[0]} {REPLIES_OFF}"
-            raise Obstructed(io.absence(missing, began_s) if silent else replies)
-        for drive, reply in found.items():
-            if not is_done(reply):
-                why = yield from mode_words(self._io, drive)
-                raise Obstructed(why or f"{drive} refused {text}: {NO_SUCH_ORDER}")
-
-    # -- faults -------------------------------------------------------------------------------
-
-    def clear(self) -> Script:
-        """Clear stalls. Motor currents stay as they are, and nothing moves."""
-        io = self._io
-        yield from self._end_earlier_motion()
-        stalled = yield from stalled_among(io, io.drives)
-        if stalled:
-            yield from io.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
-            if left := (yield from stalled_among(io, stalled)):
-                raise Obstructed(f"{stall_words(left[0])}; it does not clear that")
-        yield from self._adopt_and_relieve() if self.on else self.adopt_positions()
-        return Done()
+def reset(io: MksExchange) -> Script:
+    """Clear stalls. Motor currents stay as they are, and nothing moves."""
+    yield from _end_earlier_motion(io)
+    stalled = yield from stalled_among(io, io.drives)
+    if stalled:
+        yield from io.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
+        if left := (yield from stalled_among(io, stalled)):
+            raise Obstructed(f"{stall_words(left[0])}; it does not clear that")
+    yield from _adopt_and_relieve(io) if io.on else adopt_positions(io)
+    return Done()

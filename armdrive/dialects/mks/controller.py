@@ -22,15 +22,26 @@ from armdrive.dialects.controller import (
     Stopping,
 )
 from armdrive.dialects.mks.compare import compare, fix
-from armdrive.dialects.mks.contact import MksContact
+from armdrive.dialects.mks.contact import (
+    connect,
+    disable,
+    enable,
+    read,
+    reset,
+)
 from armdrive.dialects.mks.exchange import MksExchange, Script
 from armdrive.dialects.mks.homing import HOMING_SLOPE, MksHoming
-from armdrive.dialects.mks.motion import MksMotion, catch_up_rpm, catch_up_travel
+from armdrive.dialects.mks.motion import (
+    along,
+    burst,
+    catch_up_rpm,
+    catch_up_travel,
+    deviations_of,
+)
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.stops import STOP_POLL_S
 from armdrive.errors import Refused
 from armdrive.tasks import (
-    Done,
     DropCurrent,
     FixSetting,
     HomeDevice,
@@ -48,7 +59,7 @@ from kinematics.spaces import Motors
 
 
 class MksController(ScriptRunner[Event]):
-    """Drives the drives of one arm: hands each request to a collaborator."""
+    """Drives the drives of one arm: starts the script of each request."""
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: MksSettings = config.device
@@ -59,8 +70,6 @@ class MksController(ScriptRunner[Event]):
         self._fastest_hz = min(motors.fastest_hz, _TOP_HZ)
         self._exchange = io = MksExchange(settings, motors.names, self._fastest_hz / self._slope)
         super().__init__(replace(abilities, motors=motors.count), io.host, io)
-        self._contact = MksContact(io, self._choose)
-        self._motion = MksMotion(io)
         self._homing = MksHoming(io, motors.ranges)
         self._choose()
 
@@ -74,12 +83,12 @@ class MksController(ScriptRunner[Event]):
     @property
     def watched(self) -> bool:
         """Whether every drive is known to stop on a silent bus."""
-        return self._contact.watched
+        return self._exchange.watched
 
     @property
     def underruns(self) -> int:
         """How often drives stood still although more of their motion was to come."""
-        return self._motion.underruns
+        return self._exchange.underruns
 
     # -- requests -----------------------------------------------------------------------------
 
@@ -91,41 +100,34 @@ class MksController(ScriptRunner[Event]):
         if not isinstance(request, BUS_REQUESTS):
             raise Refused(f"MKS drives do not support {type(request).__name__}")
         self.give_up()
-        contact = self._contact
-        if not contact.connected:
-            yield from contact.connect()
-            yield from self._homing.read_speeds(self._exchange.drives)
+        io = self._exchange
+        if not io.connected:
+            yield from connect(io)
+            self._choose()
+            yield from self._homing.read_speeds(io.drives)
         match request:
-            case MoveBy() | MoveAlong() | HomeDevice():
-                return (yield from self._move(request))
-            case ReadPosition():
-                return (yield from contact.read())
-            case ReadSettings():
-                return (yield from compare(self._exchange, contact.firmware))
-            case FixSetting(line):
-                return (yield from fix(self._exchange, line))
-            case SwitchOn():
-                return (yield from contact.switch_on())
-            case DropCurrent():
-                return (yield from contact.switch_off())
-            case _:
-                return (yield from contact.clear())
-
-    def _move(self, request: MoveBy | MoveAlong | HomeDevice) -> Script:
-        yield from self._motion.prepare(held=self._contact.on)
-        match request:
-            case HomeDevice(groups):
-                homed = yield from self._homing.home(groups)
-                if homed == Done():
-                    yield from self._contact.adopt_positions()
-                return homed
             case MoveBy(steps, rate_hz, released) if not self.abilities.queued_segments:
-                return (yield from self._motion.burst(steps, rate_hz, released))
+                script = burst(io, steps, rate_hz, released)
             case MoveBy(released=released):
-                along = MoveAlong(iter((request,)), request.duration_s + 1.0, released=released)
-                return (yield from self._motion.along(along))
+                ahead_s = request.duration_s + 1.0
+                script = along(io, MoveAlong(iter((request,)), ahead_s, released=released))
             case MoveAlong():
-                return (yield from self._motion.along(request))
+                script = along(io, request)
+            case HomeDevice(groups):
+                script = self._homing.home(groups)
+            case ReadPosition():
+                script = read(io)
+            case ReadSettings():
+                script = compare(io)
+            case FixSetting(line):
+                script = fix(io, line)
+            case SwitchOn():
+                script = enable(io)
+            case DropCurrent():
+                script = disable(io)
+            case _:
+                script = reset(io)
+        return (yield from script)
 
     def give_up(self) -> None:
         """Give up all open questions."""
@@ -189,7 +191,7 @@ class MksController(ScriptRunner[Event]):
         """Bound each drive's deviation from the straight path; steered drives stay on it."""
         if self.abilities.queued_segments:
             return (0.0,) * len(steps)
-        return self._motion.deviations_of(steps, rate_hz)
+        return deviations_of(self.settings.acceleration, steps, rate_hz)
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Return the registers; a drive near where it was left is taken to be there.

@@ -33,6 +33,7 @@ from firmware_protocol.mks import (
     Reading,
     ReadSetting,
     Setting,
+    SilenceWatchdog,
     Status,
     UnreadableFrame,
     abilities_of,
@@ -107,6 +108,17 @@ class MksExchange(ScriptIO[Event]):
         self._by_id = {drive.node: drive for drive in self.drives}
         self.able = abilities_of(settings.version or LATEST)
         """The abilities that all drives have, as far as is known."""
+        self.connected = False
+        """Whether all drives were found standing."""
+        self.on = False
+        """Whether all drives were switched on."""
+        self.watchdog = SilenceWatchdog(round(settings.watchdog_s * 1000.0))
+        self.watched = False
+        """Whether every drive is known to stop on a silent bus."""
+        self.firmware = ""
+        """The oldest firmware of all drives; empty before the first contact."""
+        self.underruns = 0
+        """How often drives stood still although more of their motion was to come."""
         self.surplus = SurplusAnswers()
         self.garbled = 0
         """How many replies were unreadable."""
@@ -286,6 +298,11 @@ class MksExchange(ScriptIO[Event]):
     def can(self, ability: Ability) -> bool:
         """Return whether all drives have an ability."""
         return ability in self.able
+
+    @property
+    def watchable(self) -> bool:
+        """Whether the arm file wants a watchdog that the firmware has."""
+        return bool(self.watchdog.timeout_ms) and self.can(Ability.SILENCE_WATCHDOG)
 
 
 def is_done(answer: Answer | None) -> bool:

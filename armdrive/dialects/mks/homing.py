@@ -24,9 +24,10 @@ from armdrive.dialects.bus.homing import (
     homing_estimate,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
-from armdrive.dialects.mks.contact import OWN_ID, stall_words, stalled_among
+from armdrive.dialects.mks.contact import OWN_ID, adopt_positions, stall_words, stalled_among
 from armdrive.dialects.mks.drive import MksDrive, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
+from armdrive.dialects.mks.motion import prepare
 from armdrive.dialects.mks.stops import halt, relieve
 from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, RequestRejected
@@ -98,7 +99,11 @@ class MksHoming:
 
     def home(self, groups: Groups) -> Script:
         """Home group after group."""
-        return home_in_groups(groups, self._io.drives, self._home_group)
+        yield from prepare(self._io)
+        homed = yield from home_in_groups(groups, self._io.drives, self._home_group)
+        if homed == Done():
+            yield from adopt_positions(self._io)
+        return homed
 
     def _home_group(self, drives: tuple[MksDrive, ...]) -> Script:
         io = self._io

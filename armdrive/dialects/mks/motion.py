@@ -219,223 +219,201 @@ class Trip:
         return end
 
 
-class MksMotion:
-    """Moves the drives of one arm."""
+def prepare(io: MksExchange) -> MksScript[None]:
+    """Prepare a motion. Raises `Obstructed` if it cannot begin."""
+    if not io.on:
+        raise Obstructed(MOTORS_OFF)
+    for drive in io.drives:
+        if drive.two_zeros:
+            raise Obstructed(drive.two_zeros)
+    if any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives):
+        yield from io.require_positions()
+    for drive in io.drives:
+        drive.stand(io.now_s)
+        drive.begin()
 
-    def __init__(self, io: MksExchange) -> None:
-        self._io = io
-        self.underruns = 0
-        """How often drives stood still although more of their motion was to come."""
 
-    def prepare(self, *, held: bool) -> MksScript[None]:
-        """Prepare a motion. Raises `Obstructed` if it cannot begin."""
-        io = self._io
-        if not held:
-            raise Obstructed(MOTORS_OFF)
-        for drive in io.drives:
-            if drive.two_zeros:
-                raise Obstructed(drive.two_zeros)
-        if any(drive.read_s < io.now_s - FRESH_POSITION_S for drive in io.drives):
-            yield from io.require_positions()
-        for drive in io.drives:
-            drive.stand(io.now_s)
-            drive.begin()
-
-    def along(self, request: MoveAlong) -> Script:
-        """Steer the drives along segments, until the end or until something stops them."""
-        io, trip = self._io, Trip(self._io, request)
-        try:
-            while True:
-                trip.advance()
-                patience_s = MAX_DELAY_S if request.held_back() else LATE_REPLY_S
-                ended = yield from self._interrupted(trip.expected, request.released, patience_s)
-                if ended is not None:
-                    return ended
-                if io.now_s >= trip.due_s and (refused := trip.steer()) is not None:
-                    halted = yield from self._halted(trip.expected)
-                    return refused if isinstance(halted, Halted) else halted
-                if trip.complete:
-                    return (yield from self._arrive(trip.expected, 0.0, request.released))
-                yield from io.hear(min(trip.due_s, self._poll(io.settings.poll_s)))
-        finally:
-            self.underruns += trip.underruns
-
-    def burst(self, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
-        """Send a burst and wait for its end."""
-        io = self._io
-        starts = [drive.target for drive in io.drives]
-        orders: dict[MksDrive, MoveAbsoluteAxis] = {}
-        for drive, count, rpm in zip(io.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
-            if not count:
-                continue
-            if abs(target := drive.target + count) > TARGET_MAX:
-                return beyond(drive, target)
-            acc = shared_acc(io.settings.acceleration, abs(count) / steps.largest)
-            orders[drive] = MoveAbsoluteAxis(target, rpm, acc)
-        if io.stop_asked or released():
-            return Halted()
-        for drive, order in orders.items():
-            io.send(drive, order)
-        ends = [start + count for start, count in zip(starts, steps, strict=True)]
-
-        def expected(motor: int, _from_s: float) -> tuple[float, float]:
-            return min(starts[motor], ends[motor]), max(starts[motor], ends[motor])
-
-        lasts_s = max(each.duration_s for each in trapezoids(self._acc, steps, rate_hz))
-        return (yield from self._arrive(expected, lasts_s, never))
-
-    @property
-    def _acc(self) -> int:
-        return self._io.settings.acceleration
-
-    def deviations_of(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
-        """Bound each drive's deviation from the straight path in a burst: rpm, ramps, starts.
-
-        Each drive follows its own trapezoid, and the busiest one defines the straight path. The two
-        are compared at the corners of both, since their difference bends one way in between.
-        """
-        largest = steps.largest
-        if not largest:
-            return (0.0,) * len(steps)
-        each = trapezoids(self._acc, steps, rate_hz)
-        busiest = next(one for one in each if one.distance == largest)
-        return tuple(
-            _deviation(one, busiest) + START_S * max(phase.speed for phase in one.phases) + 1.0
-            if one.distance
-            else 0.0
-            for one in each
-        )
-
-    # -- the end of a motion ------------------------------------------------------------------
-
-    def _poll(self, period_s: float) -> float:
-        """Ask for positions, at once for one that was doubted; return when the next is due."""
-        io = self._io
-        doubted = [drive for drive in io.drives if drive.doubts]
-        before_s = max(drive.questions.asked_s for drive in io.drives)
-        due_s = io.poll(io.drives, period_s)
-        if doubted:
-            due_s = min(due_s, io.poll(doubted, STOP_POLL_S))
-        if max(drive.questions.asked_s for drive in io.drives) > before_s:
-            io.notify(Progress(io.registers()))
-        return due_s
-
-    def _arrive(self, expected: Expected, lasts_s: float, released: Callable[[], bool]) -> Script:
-        """Wait until all drives stand at their targets. "Done" may never come.
-
-        A drive that stands short of its target has lost its order, which is repeated, or is
-        blocked.
-        """
-        io = self._io
-        left = {drive: io.now_s for drive in io.drives if drive.moving}  # when it got its order
-        end_s = io.listened.s + lasts_s + PATIENCE_S
-        while left:
-            if (ended := (yield from self._interrupted(expected, released))) is not None:
+def along(io: MksExchange, request: MoveAlong) -> Script:
+    """Steer the drives along segments, until the end or until something stops them."""
+    yield from prepare(io)
+    trip = Trip(io, request)
+    try:
+        while True:
+            trip.advance()
+            patience_s = MAX_DELAY_S if request.held_back() else LATE_REPLY_S
+            ended = yield from _interrupted(io, trip.expected, request.released, patience_s)
+            if ended is not None:
                 return ended
-            for drive in tuple(left):
-                sure = not (drive.questions.owes or drive.doubts)  # else it may have restarted
-                short = sure and drive.stands(left[drive], SHORT_S) and not drive.is_near
-                if sure and drive.is_near and drive.stands(-math.inf, STOP_POLL_S / 2.0):
-                    drive.stand(io.now_s)
-                    del left[drive]
-                elif io.listened.s > end_s:
-                    trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
-                    return (yield from self._failed(trouble))
-                elif short and drive.order is not None:
-                    left[drive] = io.now_s
-                    io.send(drive, drive.order)
-            if left:
-                yield from io.hear(self._poll(STOP_POLL_S))
-        return Done()
+            if io.now_s >= trip.due_s and (refused := trip.steer()) is not None:
+                halted = yield from _halted(io, trip.expected)
+                return refused if isinstance(halted, Halted) else halted
+            if trip.complete:
+                return (yield from _arrive(io, trip.expected, 0.0, request.released))
+            yield from io.hear(min(trip.due_s, _poll(io, io.settings.poll_s)))
+    finally:
+        io.underruns += trip.underruns
 
-    def _interrupted(
-        self,
-        expected: Expected,
-        released: Callable[[], bool],
-        patience_s: float = LATE_REPLY_S,
-    ) -> MksScript[Reply | None]:
-        """End the motion if a stop was requested or something is wrong; return the reply."""
-        if self._io.stop_asked or released():
-            return (yield from self._halted(expected))
-        trouble = self._trouble(expected, patience_s)
-        return None if trouble is None else (yield from self._failed(trouble))
 
-    def _trouble(self, expected: Expected, patience_s: float) -> Trouble | None:
-        """Return what is wrong with a drive; None if nothing is known to be."""
-        io = self._io
-        for motor, drive in enumerate(io.drives):
-            if drive.at_limit:
-                return Trouble(drive, TroubleKind.LIMIT)
-            if drive.unfit:
-                return Trouble(drive, TroubleKind.UNFIT)
-            if io.now_s >= drive.rejected_s:
-                drive.rejected_s = math.inf
-                ask_fitness(io, drive)
-            if drive.asked_s > -math.inf:
-                late_s = MAX_DELAY_S + drive.questions.slow_s
-                low, high = expected(motor, drive.asked_s - late_s)
-                corridor = io.settings.following_error_counts
-                if drive.judge(low - corridor, high + corridor):
-                    place = min(max(drive.count, low), high)
-                    return Trouble(drive, TroubleKind.OFF_PATH, round(place))
-        silent = [drive for drive in io.drives if drive.questions.lost(io.listened.s, patience_s)]
-        return Trouble(silent[0], TroubleKind.SILENT) if silent else None
-
-    def _halted(self, expected: Expected) -> Script:
-        """Stop the drives; report one that comes to rest where its orders cannot have led it."""
-        io, began_s = self._io, self._io.now_s
-        moving = [drive for drive in io.drives if drive.moving]
-        targets = {drive: drive.target for drive in io.drives}
-        left = yield from halt(io, moving, hard=io.stop_hard)
-        if left:
-            silent = [drive for drive in left if drive.questions.owes]
-            return (yield from self._unheard(silent or left, began_s, turning=not silent))
-        for motor, drive in enumerate(io.drives):
-            low, high = expected(motor, began_s - MAX_DELAY_S)
-            low, high = min(low, targets[drive]), max(high, targets[drive])
-            place = min(max(drive.count, low), high)
-            if abs(drive.count - place) > io.settings.following_error_counts:
-                trouble = Trouble(drive, TroubleKind.OFF_PATH, round(place))
-                io.notify((yield from explain(io, trouble)))
-            drive.stand(io.now_s, stopped=drive in moving)
-        for drive, off in (yield from relieve(io, moving)).items():
-            io.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
+def burst(io: MksExchange, steps: Motors, rate_hz: float, released: Callable[[], bool]) -> Script:
+    """Send a burst and wait for its end."""
+    yield from prepare(io)
+    starts = [drive.target for drive in io.drives]
+    orders: dict[MksDrive, MoveAbsoluteAxis] = {}
+    for drive, count, rpm in zip(io.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
+        if not count:
+            continue
+        if abs(target := drive.target + count) > TARGET_MAX:
+            return beyond(drive, target)
+        acc = shared_acc(io.settings.acceleration, abs(count) / steps.largest)
+        orders[drive] = MoveAbsoluteAxis(target, rpm, acc)
+    if io.stop_asked or released():
         return Halted()
+    for drive, order in orders.items():
+        io.send(drive, order)
+    ends = [start + count for start, count in zip(starts, steps, strict=True)]
 
-    def _failed(self, trouble: Trouble) -> Script:
-        """Stop the drives, have each hold where it stands, and find out what is wrong."""
-        io, began_s = self._io, self._io.now_s
-        moving = [drive for drive in io.drives if drive.moving]
-        left = yield from halt(io, moving, hard=io.stop_hard)
-        silent = [drive for drive in io.drives if drive.questions.owes]
-        reply: Reply
-        if left or trouble.kind is TroubleKind.SILENT:
-            silent = silent or ([] if left else [trouble.drive])
-            reply = yield from self._unheard(silent or left, began_s, turning=not silent)
-        else:
-            alert = yield from explain(io, trouble)
-            io.notify(alert)
-            reply = RequestRejected(alert.text)
-        for drive in moving:
-            drive.stand(io.now_s, stopped=True)
-        yield from relieve(io, [drive for drive in moving if drive not in left])
-        return reply
+    def expected(motor: int, _from_s: float) -> tuple[float, float]:
+        return min(starts[motor], ends[motor]), max(starts[motor], ends[motor])
 
-    def _unheard(
-        self, drives: Sequence[MksDrive], since_s: float, *, turning: bool
-    ) -> MksScript[Timeout | RequestRejected]:
-        """Return the reply about drives that fell silent, or are still turning."""
-        io = self._io
-        if missing := (yield from io.look()):
-            return midway(io.absence(missing, since_s))
-        if turning:
-            return RequestRejected(unstopped_words(drives[0]))
-        who = str(drives[0]) if len(drives) == 1 else "the drives"
-        return RequestRejected(
-            f"{who} did not answer for a while in motion: reset, or lost its power, or the bus "
-            "lost frames. Check supply and plugs, and the bus's load and adapter",
-            silent=True,
-        )
+    lasts_s = max(each.duration_s for each in trapezoids(io.settings.acceleration, steps, rate_hz))
+    return (yield from _arrive(io, expected, lasts_s, never))
+
+
+# -- the end of a motion --------------------------------------------------------------------------
+
+
+def _poll(io: MksExchange, period_s: float) -> float:
+    """Ask for positions, at once for one that was doubted; return when the next is due."""
+    doubted = [drive for drive in io.drives if drive.doubts]
+    before_s = max(drive.questions.asked_s for drive in io.drives)
+    due_s = io.poll(io.drives, period_s)
+    if doubted:
+        due_s = min(due_s, io.poll(doubted, STOP_POLL_S))
+    if max(drive.questions.asked_s for drive in io.drives) > before_s:
+        io.notify(Progress(io.registers()))
+    return due_s
+
+
+def _arrive(
+    io: MksExchange, expected: Expected, lasts_s: float, released: Callable[[], bool]
+) -> Script:
+    """Wait until all drives stand at their targets. "Done" may never come.
+
+    A drive that stands short of its target has lost its order, which is repeated, or is
+    blocked.
+    """
+    left = {drive: io.now_s for drive in io.drives if drive.moving}  # when it got its order
+    end_s = io.listened.s + lasts_s + PATIENCE_S
+    while left:
+        if (ended := (yield from _interrupted(io, expected, released))) is not None:
+            return ended
+        for drive in tuple(left):
+            sure = not (drive.questions.owes or drive.doubts)  # else it may have restarted
+            short = sure and drive.stands(left[drive], SHORT_S) and not drive.is_near
+            if sure and drive.is_near and drive.stands(-math.inf, STOP_POLL_S / 2.0):
+                drive.stand(io.now_s)
+                del left[drive]
+            elif io.listened.s > end_s:
+                trouble = Trouble(drive, TroubleKind.OFF_PATH, drive.target)
+                return (yield from _failed(io, trouble))
+            elif short and drive.order is not None:
+                left[drive] = io.now_s
+                io.send(drive, drive.order)
+        if left:
+            yield from io.hear(_poll(io, STOP_POLL_S))
+    return Done()
+
+
+def _interrupted(
+    io: MksExchange,
+    expected: Expected,
+    released: Callable[[], bool],
+    patience_s: float = LATE_REPLY_S,
+) -> MksScript[Reply | None]:
+    """End the motion if a stop was requested or something is wrong; return the reply."""
+    if io.stop_asked or released():
+        return (yield from _halted(io, expected))
+    trouble = _trouble(io, expected, patience_s)
+    return None if trouble is None else (yield from _failed(io, trouble))
+
+
+def _trouble(io: MksExchange, expected: Expected, patience_s: float) -> Trouble | None:
+    """Return what is wrong with a drive; None if nothing is known to be."""
+    for motor, drive in enumerate(io.drives):
+        if drive.at_limit:
+            return Trouble(drive, TroubleKind.LIMIT)
+        if drive.unfit:
+            return Trouble(drive, TroubleKind.UNFIT)
+        if io.now_s >= drive.rejected_s:
+            drive.rejected_s = math.inf
+            ask_fitness(io, drive)
+        if drive.asked_s > -math.inf:
+            late_s = MAX_DELAY_S + drive.questions.slow_s
+            low, high = expected(motor, drive.asked_s - late_s)
+            corridor = io.settings.following_error_counts
+            if drive.judge(low - corridor, high + corridor):
+                place = min(max(drive.count, low), high)
+                return Trouble(drive, TroubleKind.OFF_PATH, round(place))
+    silent = [drive for drive in io.drives if drive.questions.lost(io.listened.s, patience_s)]
+    return Trouble(silent[0], TroubleKind.SILENT) if silent else None
+
+
+def _halted(io: MksExchange, expected: Expected) -> Script:
+    """Stop the drives; report one that comes to rest where its orders cannot have led it."""
+    began_s = io.now_s
+    moving = [drive for drive in io.drives if drive.moving]
+    targets = {drive: drive.target for drive in io.drives}
+    left = yield from halt(io, moving, hard=io.stop_hard)
+    if left:
+        silent = [drive for drive in left if drive.questions.owes]
+        return (yield from _unheard(io, silent or left, began_s, turning=not silent))
+    for motor, drive in enumerate(io.drives):
+        low, high = expected(motor, began_s - MAX_DELAY_S)
+        low, high = min(low, targets[drive]), max(high, targets[drive])
+        place = min(max(drive.count, low), high)
+        if abs(drive.count - place) > io.settings.following_error_counts:
+            trouble = Trouble(drive, TroubleKind.OFF_PATH, round(place))
+            io.notify((yield from explain(io, trouble)))
+        drive.stand(io.now_s, stopped=drive in moving)
+    for drive, off in (yield from relieve(io, moving)).items():
+        io.notify(Alert(AlertKind.OFF_PATH, pushing_words(drive, off)))
+    return Halted()
+
+
+def _failed(io: MksExchange, trouble: Trouble) -> Script:
+    """Stop the drives, have each hold where it stands, and find out what is wrong."""
+    began_s = io.now_s
+    moving = [drive for drive in io.drives if drive.moving]
+    left = yield from halt(io, moving, hard=io.stop_hard)
+    silent = [drive for drive in io.drives if drive.questions.owes]
+    reply: Reply
+    if left or trouble.kind is TroubleKind.SILENT:
+        silent = silent or ([] if left else [trouble.drive])
+        reply = yield from _unheard(io, silent or left, began_s, turning=not silent)
+    else:
+        alert = yield from explain(io, trouble)
+        io.notify(alert)
+        reply = RequestRejected(alert.text)
+    for drive in moving:
+        drive.stand(io.now_s, stopped=True)
+    yield from relieve(io, [drive for drive in moving if drive not in left])
+    return reply
+
+
+def _unheard(
+    io: MksExchange, drives: Sequence[MksDrive], since_s: float, *, turning: bool
+) -> MksScript[Timeout | RequestRejected]:
+    """Return the reply about drives that fell silent, or are still turning."""
+    if missing := (yield from io.look()):
+        return midway(io.absence(missing, since_s))
+    if turning:
+        return RequestRejected(unstopped_words(drives[0]))
+    who = str(drives[0]) if len(drives) == 1 else "the drives"
+    return RequestRejected(
+        f"{who} did not answer for a while in motion: reset, or lost its power, or the bus "
+        "lost frames. Check supply and plugs, and the bus's load and adapter",
+        silent=True,
+    )
 
 
 def beyond(drive: MksDrive, target: int) -> RequestRejected:
@@ -485,6 +463,25 @@ def trapezoids(acc: int, steps: Motors, rate_hz: float) -> list[Profile]:
         )
         for count, rpm in zip(steps, speeds_rpm(steps, rate_hz), strict=True)
     ]
+
+
+def deviations_of(acc: int, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+    """Bound each drive's deviation from the straight path in a burst: rpm, ramps, starts.
+
+    Each drive follows its own trapezoid, and the busiest one defines the straight path. The two
+    are compared at the corners of both, since their difference bends one way in between.
+    """
+    largest = steps.largest
+    if not largest:
+        return (0.0,) * len(steps)
+    each = trapezoids(acc, steps, rate_hz)
+    busiest = next(one for one in each if one.distance == largest)
+    return tuple(
+        _deviation(one, busiest) + START_S * max(phase.speed for phase in one.phases) + 1.0
+        if one.distance
+        else 0.0
+        for one in each
+    )
 
 
 def _deviation(one: Profile, other: Profile) -> float:

@@ -161,6 +161,7 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
     [
         (False, canopen.Place(0x1600, 0), 0, canopen.AbortCode.DEVICE_STATE),
         (True, canopen.Place(0x1600, 0), 0, None),
+        (True, canopen.Place(0x1600, 0), 9, canopen.AbortCode.PDO_TOO_LONG),
         (True, canopen.Place(0x1600, 0), 2, canopen.AbortCode.NOT_MAPPABLE),
         (True, canopen.Place(0x1600, 1), 0x60400010, canopen.AbortCode.DEVICE_STATE),
         (False, canopen.Place(0x1400, 2), 250, canopen.AbortCode.VALUE),
@@ -179,12 +180,11 @@ def test_pdo_parameters_are_changed_in_the_order_of_the_standard(off, place, val
     [
         (0x60400010, None),
         (0x60410010, canopen.AbortCode.NOT_MAPPABLE),
-        (0x12340010, canopen.AbortCode.NOT_MAPPABLE),
-        (0x60400008, canopen.AbortCode.NOT_MAPPABLE),
+        (0x12340010, canopen.AbortCode.NO_OBJECT),
+        (0, None),
     ],
 )
 def test_only_what_can_be_written_is_mapped_into_a_received_one(word, refused):
     owner = Owner(transmission=1)
-    off = {canopen.Place(0x1400, 1): canopen.NOT_VALID | IN, canopen.Place(0x1600, 0): 0}
-    owner.values |= off | {canopen.Place(0x1600, 1): word}
-    assert owner.pdos.refusal(canopen.Place(0x1600, 0), 1) is refused
+    owner.values |= {canopen.Place(0x1400, 1): canopen.NOT_VALID | IN, canopen.Place(0x1600, 0): 0}
+    assert owner.pdos.refusal(canopen.Place(0x1600, 1), word) is refused
