@@ -35,7 +35,20 @@ INNER: Mapping[type, frozenset[str]] = MappingProxyType(
         Points: frozenset(("put", "put_all", "read", "remove", "stamp")),
         armdrive.Drift: frozenset(("largest_rad", "words")),
         armdrive.PendantProgram: frozenset(
-            ("require_fitting", "require_once", "require_origin", "shift_to")
+            (
+                "LARGEST_BYTES",
+                "meaning",
+                "parse",
+                "place_of",
+                "places",
+                "require_fitting",
+                "require_once",
+                "require_origin",
+                "row",
+                "shift_to",
+                "text",
+                "view",
+            )
         ),
         armdrive.SimulatedClock: frozenset(("add", "advance", "engines", "remove", "wait")),
     }

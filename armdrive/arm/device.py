@@ -23,7 +23,6 @@ from armdrive.tasks import DeviceSettings, unreported
 from armdrive.trace.recorder import traced
 
 if TYPE_CHECKING:
-    from armdrive.dialects import PendantTools
     from armdrive.registry.pendant import PendantProgram
 
 # One input or output, or several, counted from 1.
@@ -181,10 +180,10 @@ class ControllerMemory(ArmPart):
         `origin` ties its rows to the current reference. Raises `Refused` if the arm stores no
         program, and `DeviceFault`.
         """
-        tools = self._pendant_tools()
+        programs = self._own_programs()
         body = device_tasks.read_program(self._parts.context)
         rows = await self._parts.runner.perform(body, PROGRAM_PATIENCE_S)
-        return tools.from_words(rows, self._origin())
+        return programs.from_words(rows, self._origin())
 
     @blocking
     async def write_program(
@@ -202,7 +201,7 @@ class ControllerMemory(ArmPart):
         (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
         `leave_others`. If writing ends early, raises `ProgramHalfWritten`.
         """
-        self._pendant_tools()
+        self._own_programs()
         program.require_fitting(self._core.controller.abilities.program_rows)
         program.require_origin(self._origin())
         body = device_tasks.write_program(
@@ -221,11 +220,11 @@ class ControllerMemory(ArmPart):
         body = device_tasks.fix_settings(self._parts.context, chosen)
         return await self._parts.runner.perform(body, PATIENCE_S)
 
-    def _pendant_tools(self) -> PendantTools[PendantProgram]:
-        """Return the dialect's pendant tools. Raises `Refused` if the arm has no such memory."""
-        tools = pendant_of(self._parts.config)
+    def _own_programs(self) -> type[PendantProgram]:
+        """Return the class of the arm's programs. Raises `Refused` if it has no memory for them."""
+        programs = pendant_of(self._parts.config)
         self._parts.runner.require(Event.MOVE, "using the arm's own program memory")
-        return tools
+        return programs
 
     def _origin(self) -> tuple[int, ...] | None:
         """Return the offset from registers to motor positions; None if it is not trusted."""

@@ -14,10 +14,10 @@ are imported on demand. What several drivers share:
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Torque
 
@@ -31,35 +31,9 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Unpacker
 
 
-# The value of a whole program.
-P = TypeVar("P")
-
-# The motor steps at register zero; None if they are unknown.
-Origin: TypeAlias = tuple[int, ...] | None
-
-
 def on_demand(place: str) -> Callable[[], Any]:
     """Return a function that imports what stands at a place, `package.module:NAME`."""
     return partial(pkgutil.resolve_name, place)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PendantTools(Generic[P]):
-    """One dialect's programs, converted from the arm's memory, from a file, and back.
-
-    `from_words` decodes the words of every row; `row` creates the row of a motion to absolute
-    registers at a share of the arm's speed. `text` returns a program as a file, with the time at
-    which it was read and the meaning of each row; `parse` reads such a file of at most
-    `largest_bytes`; `view` returns it as plain data, and `places` returns where its rows lead.
-    """
-
-    from_words: Callable[[Sequence[Sequence[int]], Origin], P]
-    row: Callable[[ArmConfig, int, float, tuple[int, ...]], Any]
-    parse: Callable[[str], P]
-    text: Callable[[ArmConfig, P, str], str]
-    view: Callable[[ArmConfig, P], dict[str, Any]]
-    places: Callable[[ArmConfig, P], tuple[Any, ...]]
-    largest_bytes: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,14 +57,14 @@ class DeviceTools:
 
     `talk` describes messages in words. `recognition` is None for a dialect on a bus, which is
     surveyed instead: `bus` surveys its drives and sets them up, and `describer` creates one that
-    describes single frames. `pendant` reads and writes the program in an arm's own memory.
+    describes single frames. `pendant` is the class of programs in an arm's own memory.
     """
 
     talk: Describer
     recognition: Recognition | None = None
     bus: BusTools | None = None
     describer: Callable[[], FrameDescriber] | None = None
-    pendant: PendantTools[Any] | None = None
+    pendant: type[Any] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,8 +111,8 @@ class Dialect:
         return self.tools().bus if self.can else None
 
     @property
-    def pendant(self) -> PendantTools[Any] | None:
-        """How the arm's own program is read and written; None if it has none."""
+    def pendant(self) -> type[Any] | None:
+        """The programs that the arm keeps in its own memory; None if it has no such memory."""
         return self.tools().pendant if self.abilities.program_rows else None
 
     @property

@@ -25,7 +25,6 @@ from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
-    from armdrive.dialects import PendantTools
     from armdrive.dialects.teachmover.pendant import PendantProgram
     from armdrive.sim.device import Value
     from armdrive.sim.simulated_arm import SimDeviceKind, SimulatedArm
@@ -67,12 +66,12 @@ def simulated_kind(name: str) -> SimDeviceKind:
     return _SIMULATED[dialect(name).name]()
 
 
-def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
-    """Return the tools for an arm's own program. Raises `Refused` if the arm keeps none."""
-    tools = dialect(config.connection.dialect).pendant
-    if tools is None:
+def pendant_of(config: ArmConfig) -> type[PendantProgram]:
+    """Return the class of an arm's own programs. Raises `Refused` if the arm keeps none."""
+    programs: type[PendantProgram] | None = dialect(config.connection.dialect).pendant
+    if programs is None:
         raise Refused(f"the {config.title} keeps no program in a memory of its own")
-    return tools
+    return programs
 
 
 # The languages of drives on a CAN bus.

@@ -34,7 +34,7 @@ def show(options: argparse.Namespace) -> Result:
     """Print the program in the arm."""
     config, program = _read_from(options)
     lines = text_of(config, program).rstrip("\n").split("\n")
-    return Result(pendant_of(config).view(config, program), lines)
+    return Result(program.view(config), lines)
 
 
 def read(options: argparse.Namespace) -> Result:
@@ -43,7 +43,7 @@ def read(options: argparse.Namespace) -> Result:
     require_free(path, overwrite=options.force)
     config, program = _read_from(options)
     into_file(path, config, program)
-    view = {"file": str(path), **pendant_of(config).view(config, program)}
+    view = {"file": str(path), **program.view(config)}
     return Result(view, f"{counted(len(program.rows), 'row is', 'rows are')} in {path} now")
 
 
@@ -97,7 +97,7 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
 def from_file(path: Path, config: ArmConfig) -> PendantProgram:
     """Read a file; raises `PendantFileError` that names it and the line."""
     pendant = pendant_of(config)
-    text = read_text(path, "the file", PendantFileError, most_bytes=pendant.largest_bytes)
+    text = read_text(path, "the file", PendantFileError, most_bytes=pendant.LARGEST_BYTES)
     try:
         return pendant.parse(text)
     except PendantFileError as error:
@@ -107,14 +107,14 @@ def from_file(path: Path, config: ArmConfig) -> PendantProgram:
 def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
     """Write a file; raises `OSError`, and `PendantFileError` where it would read otherwise."""
     text = text_of(config, program)
-    if pendant_of(config).parse(text) != program:
+    if program.parse(text) != program:
         raise PendantFileError("what was read does not fit into a file: nothing was written")
     write_named(path, text.encode("utf-8"))
 
 
 def text_of(config: ArmConfig, program: PendantProgram) -> str:
     """Return a program as a file has it, with what each row means on this arm."""
-    return pendant_of(config).text(config, program, f"{datetime.now():%Y-%m-%d %H:%M}")
+    return program.text(config, f"{datetime.now():%Y-%m-%d %H:%M}")
 
 
 # From a pendant's rows to a program, and back.

@@ -1,8 +1,12 @@
-"""The program in a TeachMover's own memory: its rows, its file format and its meaning on an arm.
+"""The program in a TeachMover's own memory: its rows, its file and its meaning on an arm.
 
 A row holds absolute registers, which count half-steps from wherever they were zeroed. Adding the
 arm's `origin` to registers gives motor steps of the model. So with another origin, other rows lead
 to the same places.
+
+In its file, each row is one line that people can read, compare and edit. A comment after the row
+says what it means; it is ignored when the file is read. A row that is certainly a move is written
+as `move`. Any other keeps the device's own words, so that it can be written back unchanged.
 """
 
 from __future__ import annotations
@@ -10,10 +14,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects import PendantTools
 from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
 from armdrive.errors.arguments import made_of, several
@@ -25,6 +28,15 @@ from firmware_protocol.teachmover.messages import MOTORS, MOVE_KIND, ROW_WORDS
 from kinematics.spaces import Joints, Motors
 from kinematics.text import counted, mm_text
 
+FORMAT_LINE = "armdrive pendant program 1"
+HEADING = """\
+# The program in the memory of {arm}, as it was read {when}.
+# `move`: row, the arm's own speed (0 to 245), six absolute registers in half-steps.
+# `raw`: row, and seven words as the arm sends them; what such a row does is unknown.
+# `origin`: add these to the registers to get motor steps of the model.
+"""
+SLOWEST = 0.01  # the lowest speed that a row is taken to have, as a share of the fastest
+_NUMBER = re.compile(r"-?[0-9]{1,9}")
 _ROWS = several(
     made_of(ProgramRow, "a row of a program", "arm.controller.read_program().rows[0]"),
     "the rows of a program",
@@ -37,10 +49,23 @@ def is_move(row: ProgramRow) -> bool:
     return row.kind == MOVE_KIND and row.speed <= SPEED_MAX
 
 
+@dataclass(frozen=True, slots=True)
+class RowPlace:
+    """A row's target (joint angles, gripper opening), the busiest motor's rate, and the speed."""
+
+    number: int
+    joints: Joints
+    opening_mm: float
+    rate_hz: float
+    speed: float
+
+
 @dataclass(frozen=True, slots=True, repr=False)
 class PendantProgram:
     """A program's rows in order; `origin` is None if the registers' zero point is unknown."""
 
+    LARGEST_BYTES: ClassVar[int] = 1_000_000
+    """A larger file is no program."""
     rows: tuple[ProgramRow, ...] = ()
     origin: tuple[int, ...] | None = None
 
@@ -56,6 +81,36 @@ class PendantProgram:
             return cls(tuple(ProgramRow.from_words(row) for row in rows), origin)
         except RemoteProtocolError as error:
             raise DeviceFault(f"the program in the arm cannot be read: {error}") from None
+
+    @classmethod
+    def parse(cls, text: str) -> PendantProgram:
+        """Parse a file. Raises `PendantFileError`, which names the line."""
+        lines = [
+            (number, words)
+            for number, line in enumerate(text.splitlines(), 1)
+            if (words := line.partition("#")[0].split())
+        ]
+        if not lines or lines[0][1] != FORMAT_LINE.split():
+            raise PendantFileError(
+                f"this is not a pendant program: the first line must be `{FORMAT_LINE}`"
+            )
+        origin: tuple[int, ...] | None = None
+        rows: list[ProgramRow] = []
+        for number, words in lines[1:]:
+            if words[0] == "origin" and origin is None and not rows:
+                origin = _numbers(words, MOTORS, number)
+            else:
+                rows.append(_row(words, number))
+        return cls(tuple(rows), origin)
+
+    @staticmethod
+    def row(config: ArmConfig, number: int, speed: float, positions: tuple[int, ...]) -> ProgramRow:
+        """Return the row for a motion to these registers, at a share of the fastest speed.
+
+        Raises `BadField` if a row cannot hold a value.
+        """
+        table = SpeedTable(config.device.speed_table)
+        return ProgramRow.move(number, table.setting(table.fastest_hz * speed), positions)
 
     def __repr__(self) -> str:  # short, for recordings of calls, which contain the rows as bytes
         return f"<PendantProgram of {counted(len(self.rows), 'row')}, origin {self.origin}>"
@@ -118,6 +173,76 @@ class PendantProgram:
         """Return the same rows as mere numbers, without their origin."""
         return replace(self, origin=None)
 
+    def text(self, config: ArmConfig, when: str) -> str:
+        """Return the program as the text of a file, with the meaning of each row on an arm."""
+        transmission = config.model.transmission
+        names = [motor.name for motor in transmission.motors] if transmission else []
+        origin = [] if self.origin is None else [f"origin {' '.join(map(str, self.origin))}"]
+        heading = HEADING.format(arm=config.name, when=when).rstrip("\n")
+        columns = "#     row speed" + "".join(f"{name:>12.11}" for name in names)
+        rows = [f"{_line(row)}   # {self.meaning(config, row)}" for row in self.rows]
+        return "\n".join([FORMAT_LINE, heading, *origin, "", columns, *rows, ""])
+
+    def view(self, config: ArmConfig) -> dict[str, Any]:
+        """Return the program as plain data, with the target of each row on an arm."""
+        rows = []
+        for row in self.rows:
+            place = self.place_of(config, row)
+            rows.append(
+                {
+                    "row": row.number,
+                    "words": list(row.words),
+                    "joints": None if place is None else joints_view(place.joints),
+                    "gripper_mm": None if place is None else round(place.opening_mm, 3),
+                }
+            )
+        return {"origin": self.origin, "rows": rows}
+
+    def places(self, config: ArmConfig) -> tuple[RowPlace, ...]:
+        """Return the targets of the rows on an arm, one after another.
+
+        Raises `Refused` if the meaning of the rows is unknown, or if there are none.
+        """
+        if self.origin is None:
+            raise Refused(
+                "the program's origin is unknown, so its registers mean no posture: home the arm, "
+                "and read the program again"
+            )
+        if not self.rows:
+            raise Refused("the program has no rows")
+        self.require_once()
+        found = []
+        for row in self.rows:
+            place = self.place_of(config, row)
+            if place is None:
+                raise Refused(
+                    f"row {row.number} is of an unknown kind: take it out, or make it a move"
+                )
+            found.append(place)
+        return tuple(found)
+
+    def place_of(self, config: ArmConfig, row: ProgramRow) -> RowPlace | None:
+        """Return a row's target; None if it is not a move or the origin is unknown."""
+        transmission = config.model.transmission
+        if not is_move(row) or self.origin is None or transmission is None:
+            return None
+        steps = (count + at for count, at in zip(row.positions, self.origin, strict=True))
+        joints, opening_mm = transmission.to_joints(Motors(steps))
+        table = SpeedTable(config.device.speed_table)
+        rate_hz = table.rate_hz(row.speed)
+        speed = min(max(round(rate_hz / table.fastest_hz, 2), SLOWEST), 1.0)
+        return RowPlace(row.number, joints, opening_mm, rate_hz, speed)
+
+    def meaning(self, config: ArmConfig, row: ProgramRow) -> str:
+        """Describe a row in words, as far as its meaning is known."""
+        if not is_move(row):
+            return "not a known move"
+        fast = f"{SpeedTable(config.device.speed_table).rate_hz(row.speed):.0f} steps/s"
+        place = self.place_of(config, row)
+        if place is None:
+            return fast
+        return f"{fast}; {place.joints}; fingers {mm_text(place.opening_mm)}"
+
 
 def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
     if not is_move(row):
@@ -127,47 +252,6 @@ def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
         return replace(row, positions=there)
     except BadField as error:
         raise Refused(f"row {row.number} cannot be shifted: {error}") from None
-
-
-# A pendant's program as a text file that people can read, compare and edit: one row a line.
-#
-# A comment after each row says what it means; it is ignored when the file is read. A row that is
-# certainly a move is written as `move`. Any other keeps the device's own words, so that it can be
-# written back unchanged.
-
-FORMAT_LINE = "armdrive pendant program 1"
-# A larger file is no program.
-LARGEST_BYTES = 1_000_000
-
-HEADING = """\
-# The program in the memory of {arm}, as it was read {when}.
-# `move`: row, the arm's own speed (0 to 245), six absolute registers in half-steps.
-# `raw`: row, and seven words as the arm sends them; what such a row does is unknown.
-# `origin`: add these to the registers to get motor steps of the model.
-"""
-
-_NUMBER = re.compile(r"-?[0-9]{1,9}")
-
-
-def parse_pendant(text: str) -> PendantProgram:
-    """Parse a program. Raises `PendantFileError`, which names the line."""
-    lines = [
-        (number, words)
-        for number, line in enumerate(text.splitlines(), 1)
-        if (words := line.partition("#")[0].split())
-    ]
-    if not lines or lines[0][1] != FORMAT_LINE.split():
-        raise PendantFileError(
-            f"this is not a pendant program: the first line must be `{FORMAT_LINE}`"
-        )
-    origin: tuple[int, ...] | None = None
-    rows: list[ProgramRow] = []
-    for number, words in lines[1:]:
-        if words[0] == "origin" and origin is None and not rows:
-            origin = _numbers(words, MOTORS, number)
-        else:
-            rows.append(_row(words, number))
-    return PendantProgram(tuple(rows), origin)
 
 
 def _row(words: list[str], line: int) -> ProgramRow:
@@ -201,120 +285,3 @@ def _line(row: ProgramRow) -> str:
         kind, numbers = "move", (row.number, row.speed, *row.positions)
     number, second, *others = numbers
     return f"{kind} {number:>4} {second:>5}" + "".join(f"{each:>12}" for each in others)
-
-
-# The meaning of a pendant program's rows on one arm: joint angles, gripper opening and speed.
-#
-# Registers plus the program's origin are motor steps of the arm's model.
-
-SLOWEST = 0.01  # the lowest speed that a row is taken to have, as a share of the fastest
-
-
-@dataclass(frozen=True, slots=True)
-class RowPlace:
-    """A row's target (joint angles, gripper opening), the busiest motor's rate, and the speed."""
-
-    number: int
-    joints: Joints
-    opening_mm: float
-    rate_hz: float
-    speed: float
-
-
-def rate_hz(config: ArmConfig, row: ProgramRow) -> float:
-    """Return the half-steps a second of a row's busiest motor, from the arm file's table."""
-    return SpeedTable(config.device.speed_table).rate_hz(row.speed)
-
-
-def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> RowPlace | None:
-    """Return a row's target; None if it is not a move or the origin is unknown."""
-    transmission = config.model.transmission
-    if not is_move(row) or program.origin is None or transmission is None:
-        return None
-    steps = (count + at for count, at in zip(row.positions, program.origin, strict=True))
-    joints, opening_mm = transmission.to_joints(Motors(steps))
-    rate = rate_hz(config, row)
-    fastest_hz = SpeedTable(config.device.speed_table).fastest_hz
-    speed = min(max(round(rate / fastest_hz, 2), SLOWEST), 1.0)
-    return RowPlace(row.number, joints, opening_mm, rate, speed)
-
-
-def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
-    """Describe a row in words, as far as its meaning is known."""
-    if not is_move(row):
-        return "not a known move"
-    fast = f"{rate_hz(config, row):.0f} steps/s"
-    place = place_of(config, program, row)
-    return fast if place is None else f"{fast}; {place.joints}; fingers {mm_text(place.opening_mm)}"
-
-
-def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:
-    """Return a program as the text of a file, with the meaning of each row on this arm."""
-    transmission = config.model.transmission
-    names = [motor.name for motor in transmission.motors] if transmission else []
-    origin = [] if program.origin is None else [f"origin {' '.join(map(str, program.origin))}"]
-    heading = HEADING.format(arm=config.name, when=when).rstrip("\n")
-    columns = "#     row speed" + "".join(f"{name:>12.11}" for name in names)
-    rows = [f"{_line(row)}   # {meaning(config, program, row)}" for row in program.rows]
-    return "\n".join([FORMAT_LINE, heading, *origin, "", columns, *rows, ""])
-
-
-def view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
-    """Return a program as plain data, with the target of each row on this arm."""
-    rows = []
-    for row in program.rows:
-        place = place_of(config, program, row)
-        rows.append(
-            {
-                "row": row.number,
-                "words": list(row.words),
-                "joints": None if place is None else joints_view(place.joints),
-                "gripper_mm": None if place is None else round(place.opening_mm, 3),
-            }
-        )
-    return {"origin": program.origin, "rows": rows}
-
-
-def move_row(
-    config: ArmConfig, number: int, speed: float, positions: tuple[int, ...]
-) -> ProgramRow:
-    """Return the row for a motion to these registers, at a share of the fastest speed.
-
-    Raises `BadField` if a row cannot hold a value.
-    """
-    table = SpeedTable(config.device.speed_table)
-    return ProgramRow.move(number, table.setting(table.fastest_hz * speed), positions)
-
-
-def places(config: ArmConfig, program: PendantProgram) -> tuple[RowPlace, ...]:
-    """Return the targets of a program's rows, one after another.
-
-    Raises `Refused` if the meaning of the rows is unknown, or if there are none.
-    """
-    if program.origin is None:
-        raise Refused(
-            "the program's origin is unknown, so its registers mean no posture: home the arm, and "
-            "read the program again"
-        )
-    if not program.rows:
-        raise Refused("the program has no rows")
-    program.require_once()
-    found = []
-    for row in program.rows:
-        place = place_of(config, program, row)
-        if place is None:
-            raise Refused(f"row {row.number} is of an unknown kind: take it out, or make it a move")
-        found.append(place)
-    return tuple(found)
-
-
-# The functions for a TeachMover's program memory, for the registry entry.
-PENDANT = PendantTools(
-    from_words=PendantProgram.from_words,
-    row=move_row,
-    parse=parse_pendant,
-    text=text_of,
-    view=view,
-    places=places,
-    largest_bytes=LARGEST_BYTES,
-)

@@ -15,7 +15,7 @@ from armdrive.dialects.recognition import (
     decoded,
 )
 from armdrive.dialects.teachmover.controller import HARMLESS, HARMLESS_LINE
-from armdrive.dialects.teachmover.pendant import PENDANT
+from armdrive.dialects.teachmover.pendant import PendantProgram
 from armdrive.dialects.words import (
     AnswerLines,
     Describer,
@@ -130,4 +130,4 @@ RECOGNITION = Recognition(
     ),
 )
 
-TOOLS = DeviceTools(TALK, RECOGNITION, pendant=PENDANT)
+TOOLS = DeviceTools(TALK, RECOGNITION, pendant=PendantProgram)

@@ -92,7 +92,7 @@ def program_of(
     points: dict[str, Point] = {}
     lines = TaughtLines()
     last = None
-    for place in pendant_of(config).places(config, program):
+    for place in program.places(config):
         if last is None or place.joints != last.joints:
             point = f"{name}_{place.number}"
             points[point] = Point(place.joints, place.opening_mm, f"row {place.number}")

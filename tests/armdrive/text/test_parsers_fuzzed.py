@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from armdrive.config.link_model import parse_model
-from armdrive.dialects.teachmover.pendant import parse_pendant
+from armdrive.dialects.teachmover.pendant import PendantProgram
 from armdrive.errors import ArmError, ArmFileError
 from armdrive.errors.printable import printable
 from armdrive.programs.program import read_program
@@ -111,7 +111,7 @@ PARSERS = {
     "axes": (AXES, lambda text: parse_model(parse_toml(text, ArmFileError))),
     "points": (POINTS, lambda text: parse_points(text, JOINTS)),
     "program": (PROGRAM, read_program),
-    "pendant": (PENDANT, parse_pendant),
+    "pendant": (PENDANT, PendantProgram.parse),
     "recording": (RECORDING, recording),
     "arm of a recording": (RECORDING, lambda text: config_of(recording(text))),
 }

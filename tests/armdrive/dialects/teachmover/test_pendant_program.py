@@ -16,10 +16,6 @@ from armdrive.connect.target import find
 from armdrive.dialects.teachmover.pendant import (
     FORMAT_LINE,
     PendantProgram,
-    meaning,
-    parse_pendant,
-    places,
-    text_of,
 )
 from armdrive.errors import (
     BadRequest,
@@ -206,7 +202,7 @@ ZERO = (0,) * 6
 
 
 def written(program):
-    return text_of(CONFIG, program, "2026-11-22 10:30")
+    return program.text(CONFIG, "2026-11-22 10:30")
 
 
 def row_to(number, joints, opening_mm, speed=240):
@@ -218,7 +214,7 @@ def row_to(number, joints, opening_mm, speed=240):
 @given(PROGRAMS, st.none() | st.tuples(*[st.integers(-32768, 32767)] * 6))
 def test_a_written_file_reads_back_the_same(program, origin):
     program = PendantProgram(program.rows, origin)
-    assert parse_pendant(written(program)) == program
+    assert PendantProgram.parse(written(program)) == program
 
 
 def test_rows_stand_below_their_motors():
@@ -250,35 +246,37 @@ def test_rows_stand_below_their_motors():
 )
 def test_a_line_that_is_none_is_named(line, words):
     with pytest.raises(PendantFileError, match=words):
-        parse_pendant(f"{FORMAT_LINE}\n{line}\n")
+        PendantProgram.parse(f"{FORMAT_LINE}\n{line}\n")
 
 
 @given(st.text(alphabet="mover awign0123456789- #\n", max_size=80))
 def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
     try:
-        read = parse_pendant(f"{FORMAT_LINE}\n{text}")
+        read = PendantProgram.parse(f"{FORMAT_LINE}\n{text}")
     except PendantFileError:
         return  # the only error that may be raised
-    assert parse_pendant(written(read)) == read
+    assert PendantProgram.parse(written(read)) == read
 
 
 def test_a_row_that_is_there_twice_can_be_kept_but_not_used():
     row = "move 1 240 1 2 3 4 5 6\n"
-    program = parse_pendant(f"{FORMAT_LINE}\norigin 0 0 0 0 0 131072\n{row}{row.replace('6', '7')}")
-    assert parse_pendant(written(program)) == program
+    program = PendantProgram.parse(
+        f"{FORMAT_LINE}\norigin 0 0 0 0 0 131072\n{row}{row.replace('6', '7')}"
+    )
+    assert PendantProgram.parse(written(program)) == program
     with pytest.raises(BadRequest, match="row 1 is there twice"):
-        places(CONFIG, program)
+        program.places(CONFIG)
     with pytest.raises(BadRequest, match="row 1 is there twice"):
         program.require_fitting(64)
 
 
 def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
     row = row_to(1, Joints.of(10.0, 40.0, -80.0, -40.0, 0.0), 30.0)
-    words = meaning(CONFIG, PendantProgram((row,), ZERO), row)
+    words = PendantProgram((row,), ZERO).meaning(CONFIG, row)
     assert re.fullmatch(r"470 steps/s; base 10\.\d°, shoulder .*; fingers \d+\.\d mm", words)
-    assert meaning(CONFIG, PendantProgram((row,)), row) == "470 steps/s"
+    assert PendantProgram((row,)).meaning(CONFIG, row) == "470 steps/s"
     odd = ProgramRow(1, 240, ZERO, kind=9)
-    assert meaning(CONFIG, PendantProgram((odd,), ZERO), odd) == "not a known move"
+    assert PendantProgram((odd,), ZERO).meaning(CONFIG, odd) == "not a known move"
 
 
 def test_rows_become_points_and_lines_of_a_program():
