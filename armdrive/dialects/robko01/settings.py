@@ -80,9 +80,11 @@ _OF_BOARD = ("acceleration_steps_s2", "max_rate_hz", "step_chance_s")
 # How a Robko 01 times its steps: the rates it can produce, durations, and path deviation.
 #
 # Units: steps and seconds. Every axis runs its own trapezoid; all have the same acceleration. A
-# board that can step a motor only once per `step_chance_s` makes steps at whole multiples of that
-# time, so the only possible rates are 1/chance, 1/(2 chance), 1/(3 chance) and so on.
+# board can step a motor only once per `step_chance_s`, at whole multiples of that time, so the only
+# possible rates are 1/chance, 1/(2 chance), 1/(3 chance) and so on. A board that can step at any
+# time is taken for one with a short chance.
 
+SHORTEST_CHANCE_S = 1e-3
 _ROUNDING = 1e-9
 SLOWEST_HZ = 1.0  # speeds are whole numbers of steps per second
 SPARE = 3  # chances that may pass unused: before the first step, and on either side of the ramps
@@ -96,16 +98,18 @@ class Pacing:
 
     board: RobkoBoard
 
+    @property
+    def _chance_s(self) -> float:
+        return max(self.board.step_chance_s, SHORTEST_CHANCE_S)
+
     def usable_hz(self, rate_hz: float) -> float:
         """Return the highest rate at or below `rate_hz` that the board can produce.
 
         A board with a single rate always uses that rate, even if it is higher.
         """
-        if not self.board.obeys_speed:
-            return self.board.max_rate_hz
         wanted = min(max(rate_hz, SLOWEST_HZ), self.board.max_rate_hz)
-        if not self._chance_s:
-            return float(math.floor(wanted + _ROUNDING))
+        if not self.board.obeys_speed:
+            wanted = self.board.max_rate_hz
         return 1.0 / (self._chances(wanted) * self._chance_s)
 
     def speeds(self, steps: tuple[int, ...], rate_hz: float) -> tuple[int, ...]:
@@ -114,20 +118,21 @@ class Pacing:
         Speeds are rounded up, so that no axis arrives after the one with most steps. An axis that
         does not move gets 0.
         """
-        longest = max(map(abs, steps))
-        lead_hz = self._lead_hz(longest, rate_hz)
+        longest, lead_hz = max(map(abs, steps)), self.usable_hz(rate_hz)
         return tuple(self._command(lead_hz * abs(each) / longest) if each else 0 for each in steps)
 
     def lasts_s(self, steps: float, rate_hz: float) -> float:
         """Return the longest time for the axis with most steps, ramps included."""
         if steps <= 0.0:
             return 0.0
-        lead_hz, ramp = self._lead_hz(steps, rate_hz), self.board.acceleration_steps_s2
-        if self._chance_s:
-            return self._chance_s * self._turns(math.ceil(steps), self._chances(lead_hz))
-        if steps * ramp <= lead_hz**2:
-            return 2.0 * math.sqrt(steps / ramp)
-        return steps / lead_hz + lead_hz / ramp
+        count, chances = math.ceil(steps), self._chances(self.usable_hz(rate_hz))
+        half = min(self._ramp_steps(chances), (count + 1) // 2)
+        if not half:
+            return self._chance_s * (SPARE + count * chances)
+        ramps = 2 * sum(self._ramp[:half]) - self._ramp[0]  # the last step comes before the end
+        between = count - 2 * half + 1
+        slowest = self._ramp[half - 1] if between == 1 else chances
+        return self._chance_s * (SPARE + ramps + between * max(chances, slowest))
 
     def most_steps(self, time_s: float, rate_hz: float) -> int:
         """Return the most steps that fit into a time at a rate; at least one."""
@@ -137,52 +142,32 @@ class Pacing:
     def deviation_steps(self, steps: tuple[int, ...], rate_hz: float) -> tuple[float, ...]:
         """Bound each axis's deviation from its share of the longest axis's progress.
 
-        While the longest axis ramps to v, an axis that ramps to r v makes up to r (1 - r) v^2 / 2a
-        steps more than its share. An axis whose speed was rounded up gets ahead as well, most of
-        all at its end.
+        While the longest axis ramps up, an axis with r times as many steps gets up to (1 - r) of
+        the ramp's steps ahead. An axis whose speed was rounded gets ahead or behind as well, most
+        of all at its end.
         """
         longest = max(map(abs, steps), default=0)
-        moving = [abs(each) for each in steps if each]
-        if len(moving) < 2:
-            return (0.0,) * len(steps)
-        lead_hz = self._lead_hz(longest, rate_hz)
-        stray = self._stray_by_chances if self._chance_s else self._stray
-        ways = [abs(each) for each in steps]
-        lead = ways.index(longest)
+        lead = next((axis for axis, each in enumerate(steps) if abs(each) == longest), 0)
+        lead_hz = self.usable_hz(rate_hz)
+        chances = self._chances(self._command(lead_hz))
+        ramp = min(self._ramp_steps(chances), (longest + 1) // 2)
+
+        def strays(way: int) -> float:
+            share = way / longest
+            real = self._chances(self._command(lead_hz * share)) / chances
+            off = min(real * share, 1.0 / (real * share))  # 1 if it keeps its share
+            return min((1.0 - 1.0 / real) * ramp + way * (1.0 - off) + 2.0, float(way))
+
         return tuple(
-            0.0 if axis == lead or not way else min(stray(way, longest, lead_hz), float(way))
-            for axis, way in enumerate(ways)
+            strays(abs(each)) if each and axis != lead else 0.0 for axis, each in enumerate(steps)
         )
 
-    # -- any rate ---------------------------------------------------------------------------
-
-    def _stray(self, steps: int, longest: int, lead_hz: float) -> float:
-        share = steps / longest
-        real = self._command(lead_hz * share) / lead_hz
-        ramp_steps = lead_hz**2 / (2.0 * self.board.acceleration_steps_s2)
-        return real * (1.0 - real) * ramp_steps + steps * (1.0 - share / real) + 1.0
-
-    def _lead_hz(self, steps: float, rate_hz: float) -> float:
-        """Return the rate to command for the longest axis, no higher than its peak speed."""
-        usable_hz = self.usable_hz(rate_hz)
-        if self._chance_s or not self.board.obeys_speed:
-            return usable_hz
-        peak_hz = math.sqrt(steps * self.board.acceleration_steps_s2)
-        return max(min(usable_hz, float(math.ceil(peak_hz))), SLOWEST_HZ)
-
     def _command(self, rate_hz: float) -> int:
+        """Return the speed to send for a rate: the next one at or above that the board has."""
         if not self.board.obeys_speed:
             rate_hz = self.board.max_rate_hz
-        if self._chance_s:  # the next rate at or above, at a whole number of chances per step
-            multiple = max(math.floor(1.0 / (rate_hz * self._chance_s) + _ROUNDING), 1)
-            rate_hz = 1.0 / (multiple * self._chance_s)
-        return max(math.ceil(rate_hz - _ROUNDING), 1)
-
-    # -- steps only at fixed chances ----------------------------------------------------------
-
-    @property
-    def _chance_s(self) -> float:
-        return self.board.step_chance_s
+        multiple = max(math.floor(1.0 / (rate_hz * self._chance_s) + _ROUNDING), 1)
+        return max(math.ceil(1.0 / (multiple * self._chance_s) - _ROUNDING), 1)
 
     def _chances(self, rate_hz: float) -> int:
         """Return the number of chances per step at a commanded rate."""
@@ -205,19 +190,3 @@ class Pacing:
     def _ramp_steps(self, chances: int) -> int:
         """Count the steps of the ramp up to a rate, given in chances per step."""
         return next(number for number, each in enumerate(self._ramp) if each <= chances)
-
-    def _turns(self, steps: int, chances: int) -> int:
-        """Bound the number of chances from a motion's start to its last step."""
-        half = min(self._ramp_steps(chances), (steps + 1) // 2)
-        if not half:
-            return SPARE + steps * chances
-        ramps = 2 * sum(self._ramp[:half]) - self._ramp[0]  # the last step comes before the end
-        between = steps - 2 * half + 1
-        slowest = self._ramp[half - 1] if between == 1 else chances
-        return SPARE + ramps + between * max(chances, slowest)
-
-    def _stray_by_chances(self, steps: int, longest: int, lead_hz: float) -> float:
-        share, chances = steps / longest, self._chances(lead_hz)
-        real = self._chances(self._command(lead_hz * share)) / chances
-        ramp = min(self._ramp_steps(chances), (longest + 1) // 2)
-        return (1.0 - 1.0 / real) * ramp + steps * (1.0 - real * share) + 2.0
