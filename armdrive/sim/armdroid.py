@@ -32,7 +32,6 @@ from firmware_protocol.armdroid import (
     DriveAll,
     DriveOne,
     HomeToOffsets,
-    OddSpeed,
     OffsetsReported,
     ReportArguments,
     Request,
@@ -232,7 +231,7 @@ class ArmdroidBoard(Board):
     def _tell(self, event: Request) -> None:
         """Execute a command that takes no time, and answer."""
         match event:
-            case SetSpeed(rpm) | OddSpeed(rpm):
+            case SetSpeed(rpm):
                 self.rpm = rpm
                 self._answer(SpeedReported(rpm))
             case Torque(on):

@@ -1,9 +1,9 @@
 """A simulated Robko 01: the arm's end of its SUPER protocol on a simulated physical arm.
 
 It reproduces everything observed on the AVR firmware, and what public sources say about the ESP32
-retrofit. Where the behaviour is unknown, this device takes the harsher option: after power-on the
-motors are off; motors that are switched off in mid-motion go on counting although nothing turns;
-and `Clear` stops a motion dead.
+retrofit, of what programs here send. Where the behaviour is unknown, this device takes the harsher
+option: after power-on the motors are off, and motors that are switched off in mid-motion go on
+counting although nothing turns.
 
 Requests are answered one at a time, each after a short delay. Invalid frames, and requests that the
 firmware lists but does not implement, are dropped silently.
@@ -28,20 +28,17 @@ from armdrive.text.toml import setting
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
-    AXES,
     PAYLOAD_MAX,
     Acknowledged,
     Answer,
     Axes,
     Busy,
-    Clear,
     Disable,
     Enable,
     Inputs,
     InputsRead,
     IsMoving,
     MoveAbsolute,
-    MoveRelative,
     MoveSpeed,
     Moving,
     Op,
@@ -76,7 +73,6 @@ BAUD = 115_200
 LENGTHS = range(1, PAYLOAD_MAX + 2)
 # How many payload bytes an operation reads, whatever was sent; other operations read none.
 PAYLOAD_BYTES = {
-    Op.MOVE_RELATIVE: 24,
     Op.MOVE_ABSOLUTE: 24,
     Op.MOVE_SPEED: 24,
     Op.OUTPUTS: 1,
@@ -173,22 +169,17 @@ class RobkoQuirks:
     Quirks of the AVR board, all observed on the ARDN_Operation example on an atmega328p in an AVR
     simulator:
 
-    - **Operation 6 ignores its speed**: it ramps up to the axis's top speed, `top_speed_hz` after
-      power-up. 50 steps took 0.66 s at 20, 50 and 100 steps/s alike.
-    - **The top speed sticks**: operation 7 sets it for each axis (`absolute_sets_top`). After
-      operation 7 at 30 steps/s, operation 6 at 100 ran at 30.
-    - **A top speed of 0 leaves the axis hanging** when operation 6 next moves it: the reply is OK,
-      the axis makes one step and is reported as moving. Operation 7 is then refused as busy, and
-      operation 2 has no effect. Operation 12 with all speeds 0 frees the axis, and so does a reset.
+    - **The top speed sticks**: operation 7 sets it for each axis (`absolute_sets_top`), and
+      operation 6, which is not built in here, ignores its own speed. With a top speed of 0 it
+      leaves the axis hanging: one step, then reported as moving. Operation 7 is then refused as
+      busy, and operation 2 has no effect. Operation 12 with all speeds 0 frees the axis.
     - **A resting axis twitches**: an axis that is already at its goal and is given a speed makes
       one step forward and, 40 ms later, one back, unless its top speed was 0.
-    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops
-      operation 6 either: the library assumes that the axis has reached the top speed, and slows
-      down over as many steps as it would need from there (2899 steps were still to come).
+    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s.
     - The quirks of the reader are listed in `FirmwareReader`.
 
-    The retrofit sets no top speed, in operation 6 or 7, and operation 7 leaves axes that are at
-    their goals alone. This was read in its `main.cpp`, not observed.
+    The retrofit sets no top speed, and operation 7 leaves axes that are at their goals alone. This
+    was read in its `main.cpp`, not observed.
     """
 
     board: str = setting(
@@ -230,19 +221,15 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         for axis, speed in enumerate(axes.speeds_steps_s):
             self.rack.run(axis, speed / self._stretch, now_s)
 
-    def move(self, axes: Axes, relative: bool, now_s: float) -> None:
-        """Send every axis to its goal: operation 6 (`relative`) or 7."""
+    def move(self, axes: Axes, now_s: float) -> None:
+        """Send every axis to its goal: operation 7."""
         here = self.rack.positions(now_s)
-        for axis, (steps, speed) in enumerate(
-            zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
-        ):
-            rate_hz = speed / self._stretch
-            if relative:
-                self.rack.move_to(axis, here[axis] + steps, rate_hz, now_s)
-            elif self._absolute_sets_top:
-                self.rack.move_at(axis, steps, rate_hz, now_s)
+        goals = zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
+        for axis, (steps, speed) in enumerate(goals):
+            if self._absolute_sets_top:
+                self.rack.move_at(axis, steps, speed / self._stretch, now_s)
             elif steps != here[axis]:
-                self.rack.move_to(axis, steps, rate_hz, now_s)
+                self.rack.move_to(axis, steps, speed / self._stretch, now_s)
 
     def reported(self, now_s: float) -> Axes:
         """Return positions and speeds as reported: in 16 bits."""
@@ -390,12 +377,12 @@ class SimRobkoBoard(Board):
                 return Moving(0 if early else self.drive.rack.mask(now_s))
             case Position():
                 return Positions(self.drive.reported(now_s))
-            case MoveRelative() | MoveAbsolute() | MoveSpeed() if not self.enabled:
+            case MoveAbsolute() | MoveSpeed() if not self.enabled:
                 return Acknowledged(request.op, Status.ERROR)
-            case MoveRelative(axes) | MoveAbsolute(axes):
+            case MoveAbsolute(axes):
                 if mask := self.drive.rack.mask(now_s):
                     return Busy(request.op, mask)
-                self.drive.move(axes, request.op is Op.MOVE_RELATIVE, now_s)
+                self.drive.move(axes, now_s)
                 self._accepted_s = now_s
                 return Acknowledged(request.op)
             case MoveSpeed(axes):
@@ -416,8 +403,6 @@ class SimRobkoBoard(Board):
                 self._switch(True, now_s)
             case Disable():
                 self._switch(False, now_s)
-            case Clear():
-                self.drive.set_counts((0,) * AXES, now_s)
 
     def _switch(self, on: bool, now_s: float) -> None:
         self.enabled = on

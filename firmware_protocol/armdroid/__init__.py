@@ -19,7 +19,6 @@ from firmware_protocol.armdroid.messages import DriveAll as DriveAll
 from firmware_protocol.armdroid.messages import DriveOne as DriveOne
 from firmware_protocol.armdroid.messages import DropArguments as DropArguments
 from firmware_protocol.armdroid.messages import HomeToOffsets as HomeToOffsets
-from firmware_protocol.armdroid.messages import OddSpeed as OddSpeed
 from firmware_protocol.armdroid.messages import OffsetsReported as OffsetsReported
 from firmware_protocol.armdroid.messages import ReportArguments as ReportArguments
 from firmware_protocol.armdroid.messages import ReportOffsets as ReportOffsets

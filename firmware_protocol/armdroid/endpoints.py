@@ -19,7 +19,6 @@ from firmware_protocol.armdroid.messages import (
     END,
     KEPT,
     MOTORS,
-    RPM_MAX,
     Answer,
     Clear,
     Command,
@@ -27,7 +26,6 @@ from firmware_protocol.armdroid.messages import (
     DriveOne,
     DropArguments,
     HomeToOffsets,
-    OddSpeed,
     ReportArguments,
     ReportOffsets,
     Request,
@@ -280,7 +278,7 @@ class Device:
         if letter == "t":
             return Torque(value != 0)
         if letter == "s":
-            return SetSpeed(value) if 1 <= value <= RPM_MAX else OddSpeed(value)
+            return SetSpeed(value)
         self._index = 0
         if letter == "D":
             return DriveAll((*self._arguments, value))

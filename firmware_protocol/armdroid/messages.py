@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import ClassVar, TypeAlias
 
 from firmware_protocol.errors import BadField, RemoteProtocolError, chosen_by_sender
-from firmware_protocol.fields import BYTE, INT16, boolean, message, optional, row_of, whole_from
+from firmware_protocol.fields import BYTE, INT16, boolean, message, optional, row_of
 
 # 1 gripper, 2 left wrist, 3 right wrist, 4 elbow, 5 shoulder, 6 base.
 MOTORS = 6
@@ -75,11 +75,13 @@ class ZeroOffsets:
     letter: ClassVar[str] = "r"
 
 
-@message(rpm=whole_from(1, RPM_MAX))
+@message(rpm=INT16)
 class SetSpeed:
-    """Set the speed of later motions, 1 to 1250 rpm.
+    """Set the speed of later motions; a host sends 1 to `RPM_MAX`.
 
-    The board waits a whole number of milliseconds between steps, so many speeds are equivalent.
+    The board waits a whole number of milliseconds between steps, so many speeds are equivalent. At
+    0 it divides by zero; on an AVR, later motions then never end. Below 0 and above `RPM_MAX` it
+    steps as fast as it can.
     """
 
     letter: ClassVar[str] = "s"
@@ -131,22 +133,6 @@ class DropArguments:
     letter: ClassVar[str] = "d"
 
 
-@message(rpm=INT16)
-class OddSpeed:
-    """An `s` with a speed outside 1 to 1250, which `Host` never sends. Only devices receive this.
-
-    At 0 the sketch divides by zero; on an AVR, later motions then never end. Below 0 and above 1250
-    it steps as fast as it can.
-    """
-
-    letter: ClassVar[str] = "s"
-    rpm: int
-
-    def __post_init__(self) -> None:
-        if 1 <= self.rpm <= RPM_MAX:
-            raise BadField("rpm", self.rpm, f"no whole number from 1 to {RPM_MAX}: use SetSpeed")
-
-
 Command: TypeAlias = (
     DriveOne
     | DriveAll
@@ -162,7 +148,7 @@ Command: TypeAlias = (
 )
 
 # A device's input: `Clear` and `DropArguments` arrive as `DriveOne` that moves nothing.
-Request: TypeAlias = Command | OddSpeed
+Request: TypeAlias = Command
 
 
 # The answers.

@@ -39,16 +39,14 @@ _TWELVE = struct.Struct(f"<{2 * AXES}h")
 class Op(IntEnum):
     """A request's operation; the answer has the same number.
 
-    The firmware also has a name that it only echoes (13, 14), and numbers for stored positions that
-    it does not carry out (15, 16). Neither end here uses them.
+    Neither end here uses the rest: 5 zeroes the positions, 6 moves relatively and ignores its
+    speed, 13 and 14 echo a name, and 15 and 16, for stored positions, are not carried out.
     """
 
     PING = 1
     STOP = 2
     DISABLE = 3
     ENABLE = 4
-    CLEAR = 5
-    MOVE_RELATIVE = 6
     MOVE_ABSOLUTE = 7
     OUTPUTS = 8
     INPUTS = 9
@@ -76,8 +74,8 @@ _SIX_WORDS = row_of(INT16, AXES, f"{AXES} whole numbers, one an axis")
 class Axes:
     """A position in steps and a speed in steps per second for each axis, base to gripper.
 
-    In a move the position is the target or the distance; in an answer, the axis's position. In
-    answers both numbers are wrapped to 16 bits. Raises `BadField`.
+    In a move the position is the target; in an answer, the axis's position. In answers both
+    numbers are wrapped to 16 bits. Raises `BadField`.
     """
 
     positions_steps: tuple[int, ...]
@@ -199,12 +197,6 @@ class Enable(_OfNothing):
     op = Op.ENABLE
 
 
-class Clear(_OfNothing):
-    """Set the present position of every axis as zero, even in motion."""
-
-    op = Op.CLEAR
-
-
 class Inputs(_OfNothing):
     """Ask for the digital inputs."""
 
@@ -223,14 +215,8 @@ class Position(_OfNothing):
     op = Op.POSITION
 
 
-class MoveRelative(_OfAxes):
-    """Move every axis by a distance, uncoordinated. The answer comes at once."""
-
-    op = Op.MOVE_RELATIVE
-
-
 class MoveAbsolute(_OfAxes):
-    """Move every axis to a position, limited to 16 bits without wrapping."""
+    """Move every axis to a position, uncoordinated, limited to 16 bits without wrapping."""
 
     op = Op.MOVE_ABSOLUTE
 
@@ -255,8 +241,6 @@ Request: TypeAlias = (
     | Stop
     | Disable
     | Enable
-    | Clear
-    | MoveRelative
     | MoveAbsolute
     | Outputs
     | Inputs

@@ -22,7 +22,7 @@ from armdrive.sim.wire import DeviceLine
 from armdrive.transports import opening
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.link import Link
-from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
+from firmware_protocol.robko01 import Axes, Enable, Host, MoveAbsolute
 
 WHO = recogniser()
 PROBES = WHO.probes
@@ -112,7 +112,7 @@ def robko(*requests) -> bytes:
     return b"".join(Host().send(each) for each in requests)
 
 
-MOVE = MoveRelative(Axes((100, 0, 0, 0, 0, 0), (50, 50, 50, 50, 50, 50)))
+MOVE = MoveAbsolute(Axes((100, 0, 0, 0, 0, 0), (50, 50, 50, 50, 50, 50)))
 PREPARED: defaultdict[str, dict[str, tuple[bytes, float]]] = defaultdict(
     lambda: {"fresh": (b"", AFTER_S)},
     {

@@ -157,7 +157,7 @@ def test_the_first_line_to_a_teachmover_leaves_an_armdroid_nothing_to_repeat(lef
         if droid.unanswered is not None:
             droid.send(
                 armdroid.SpeedReported(25)
-                if isinstance(event, armdroid.SetSpeed | armdroid.OddSpeed)
+                if isinstance(event, armdroid.SetSpeed)
                 else armdroid.OffsetsReported((0, 0, 0, 0, 0, 0))
             )
     motions = [each for each in heard if isinstance(each, armdroid.DriveAll | armdroid.DriveOne)]

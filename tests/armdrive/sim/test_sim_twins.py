@@ -21,7 +21,7 @@ from armdrive.sim.device import SimDevice, chosen, parse_settings
 from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
 from armdrive.status import Trust
 from armdrive.text.toml import setting
-from firmware_protocol.robko01 import MoveRelative
+from firmware_protocol.robko01 import MoveAbsolute
 from firmware_protocol.teachmover import Step
 from kinematics import Joints
 
@@ -177,7 +177,7 @@ def test_every_motor_needs_a_drive(dialect, ids):
 
 HOSTS = {
     "teachmover": (TeachMoverBench, lambda move: Step(240, move)),
-    "robko01": (lambda: RobkoBench().enabled(), lambda move: MoveRelative(axes(*move))),
+    "robko01": (lambda: RobkoBench().enabled(), lambda move: MoveAbsolute(axes(*move))),
 }
 
 

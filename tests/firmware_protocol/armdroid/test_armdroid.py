@@ -18,7 +18,6 @@ from firmware_protocol.armdroid import (
     DropArguments,
     HomeToOffsets,
     Host,
-    OddSpeed,
     OffsetsReported,
     ReportArguments,
     ReportOffsets,
@@ -178,10 +177,8 @@ REFUSED = [
     (lambda: DriveAll((1, 2, 3, 4, 5)), "steps"),
     (lambda: DriveAll("123456"), "steps"),
     (lambda: DriveAll((0, 0, 0, -32769, 0, 0)), "steps[3]"),
-    (lambda: SetSpeed(0), "rpm"),  # the sketch divides by it
-    (lambda: SetSpeed(1251), "rpm"),  # the interval becomes 0 ms
+    (lambda: SetSpeed(32768), "rpm"),
     (lambda: Torque(1), "on"),
-    (lambda: OddSpeed(100), "rpm"),
     (lambda: OffsetsReported((0,) * 7), "offsets"),
     (lambda: SpeedReported(40000), "rpm"),
     (lambda: TorqueReported("on"), "on"),
@@ -233,9 +230,9 @@ def said(data: bytes, device: armdroid.Device | None = None) -> list[object]:
         (b"o", [armdroid.ReportOffsets()]),
         (b"r", [armdroid.ZeroOffsets()]),
         (b"100s", [armdroid.SetSpeed(100)]),
-        (b"s", [armdroid.OddSpeed(0)]),
-        (b"5-s", [armdroid.OddSpeed(-5)]),
-        (b"2000s", [armdroid.OddSpeed(2000)]),
+        (b"s", [armdroid.SetSpeed(0)]),
+        (b"5-s", [armdroid.SetSpeed(-5)]),
+        (b"2000s", [armdroid.SetSpeed(2000)]),
         (
             b"1t0tt7-t",
             [

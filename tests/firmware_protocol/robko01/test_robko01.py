@@ -15,7 +15,7 @@ from firmware_protocol.robko01 import (
     Answered,
     Axes,
     Host,
-    MoveRelative,
+    MoveAbsolute,
     Op,
     Ping,
     Pong,
@@ -52,7 +52,6 @@ REQUEST_BYTES = [
     (robko01.Stop(), "AA 01 01 02 AB 03"),
     (robko01.Disable(), "AA 01 01 03 AB 02"),
     (robko01.Enable(), "AA 01 01 04 AB 05"),
-    (robko01.Clear(), "AA 01 01 05 AB 04"),
     (robko01.Inputs(), "AA 01 01 09 AB 08"),
     (robko01.IsMoving(), "AA 01 01 0A AB 0B"),
     (robko01.Position(), "AA 01 01 0B AB 0A"),
@@ -61,18 +60,17 @@ REQUEST_BYTES = [
     # C0 = AA ^ 02 ^ 05 = AD; C1 = 01 ^ 08 = 09
     (robko01.Outputs(5), "AA 01 02 08 05 AD 09"),
     # C0 = AA ^ 19 ^ 01 ^ 64 ^ FE ^ 64 = 4C; C1 = 01 ^ op ^ FF = FE ^ op
-    (robko01.MoveRelative(TWO), f"AA 01 19 06 01 00 64 00 FE FF 64 00{REST} 4C F8"),
     (robko01.MoveAbsolute(TWO), f"AA 01 19 07 01 00 64 00 FE FF 64 00{REST} 4C F9"),
     (robko01.MoveSpeed(TWO), f"AA 01 19 0C 01 00 64 00 FE FF 64 00{REST} 4C F2"),
 ]
 # Without a payload C0 is AA ^ 02 ^ status, and C1 is 02 ^ op.
 ANSWER_BYTES = [
     (robko01.Acknowledged(robko01.Op.STOP), "AA 02 02 02 01 A9 00"),
-    (robko01.Acknowledged(robko01.Op.MOVE_RELATIVE, robko01.Status.ERROR), "AA 02 02 06 02 AA 04"),
+    (robko01.Acknowledged(robko01.Op.MOVE_ABSOLUTE, robko01.Status.ERROR), "AA 02 02 07 02 AA 05"),
     (robko01.Acknowledged(robko01.Op.PING, robko01.Status.TIMEOUT), "AA 02 02 01 04 AC 03"),
     (robko01.Acknowledged(robko01.Op.OUTPUTS), "AA 02 02 08 01 A9 0A"),
     # C0 = AA ^ 03 ^ status; C1 = 02 ^ op ^ byte
-    (robko01.Busy(robko01.Op.MOVE_RELATIVE, 5), "AA 02 03 06 03 05 AA 01"),
+    (robko01.Busy(robko01.Op.MOVE_ABSOLUTE, 5), "AA 02 03 07 03 05 AA 00"),
     (robko01.OutputsSet(0x0F), "AA 02 03 08 01 0F A8 05"),
     (robko01.InputsRead(0x81), "AA 02 03 09 01 81 A8 8A"),
     (robko01.Moving(0x21), "AA 02 03 0A 01 21 A8 29"),
@@ -114,7 +112,7 @@ def test_one_wrong_bit_never_passes(data, bit):
         (Kind.REQUEST, 0, b"", "no operation has the number 0"),
         (Kind.REQUEST, 17, b"", "no operation has the number 17"),
         (Kind.REQUEST, 2, b"x", "STOP of length 1 where none belong"),
-        (Kind.REQUEST, 6, b"x" * 23, "MOVE_RELATIVE of length 23 where 24 belong"),
+        (Kind.REQUEST, 7, b"x" * 23, "MOVE_ABSOLUTE of length 23 where 24 belong"),
         (Kind.REQUEST, 8, b"", "OUTPUTS of length 0 where one belongs"),
         (Kind.ANSWER, 2, b"\x01", "an answer, where requests belong"),
     ],
@@ -133,7 +131,7 @@ def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
         (Kind.ANSWER, 2, b"\x01x", "STOP of length 1 where none belong"),
         (Kind.ANSWER, 9, b"\x01", "INPUTS of length 0 where one belongs"),
         (Kind.ANSWER, 11, b"\x01" + bytes(22), "POSITION of length 22 where 24 belong"),
-        (Kind.ANSWER, 6, b"\x03xy", "MOVE_RELATIVE of length 2 where one belongs"),
+        (Kind.ANSWER, 7, b"\x03xy", "MOVE_ABSOLUTE of length 2 where one belongs"),
     ],
 )
 def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
@@ -148,7 +146,7 @@ def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
         (lambda: robko01.Ping("text"), "payload"),
         (lambda: robko01.Outputs(256), "value"),
         (lambda: robko01.Outputs(True), "value"),
-        (lambda: robko01.MoveRelative((0,) * 12), "axes"),
+        (lambda: robko01.MoveAbsolute((0,) * 12), "axes"),
         (lambda: robko01.Positions(None), "axes"),
         (lambda: robko01.Axes((0,) * 5), "positions_steps"),
         (lambda: robko01.Axes((0, 0, 32768, 0, 0, 0)), r"positions_steps\[2\]"),
@@ -261,7 +259,7 @@ def test_an_answer_behind_a_spoilt_length_is_heard_after_a_silence():
 
 @every_row("cut", range(1, 30))
 def test_padding_ends_a_frame_that_was_cut_off(cut):
-    cut_off = encode_request(MoveRelative(Axes((1,) * 6)))[:cut]
+    cut_off = encode_request(MoveAbsolute(Axes((1,) * 6)))[:cut]
     *garbled, last = split(cut_off + FLUSH + encode_request(Stop()))
     assert last.raw == encode_request(Stop())
     assert all(isinstance(entry, Unreadable) for entry in garbled)
@@ -276,13 +274,13 @@ def test_padding_ends_a_frame_that_was_cut_off(cut):
 def test_a_motion_that_lost_zeros_is_never_made_whole_by_what_is_sent_behind_it(
     steps, speeds, count, draw
 ):
-    whole = encode_request(MoveRelative(Axes(tuple(steps), tuple(speeds))))
+    whole = encode_request(MoveAbsolute(Axes(tuple(steps), tuple(speeds))))
     zeros = [index for index, byte in enumerate(whole) if byte == 0 and index > 2]
     assume(len(zeros) >= 2 * count)
     gone = set(draw.sample(zeros, 2 * count))
     left = bytes(byte for index, byte in enumerate(whole) if index not in gone)
     found = split(left + FLUSH)
-    assert not any(isinstance(each, SuperFrame) and each.op == Op.MOVE_RELATIVE for each in found)
+    assert not any(isinstance(each, SuperFrame) and each.op == Op.MOVE_ABSOLUTE for each in found)
 
 
 def test_what_ends_a_frame_begins_none():
