@@ -86,14 +86,11 @@ def test_a_line_is_broken_at_spaces_and_a_word_only_if_it_is_longer_than_a_row(l
 @every_row(
     "line, width, rows",
     [
-        ("a plain line", 20, ["a plain line"]),
-        ("a well-known word", 12, ["a well-known", "  word"]),
         ("  an example of a line", 14, ["  an example", "    of a line"]),
         ("  cause   the cable is loose", 20, ["  cause   the cable", "          is loose"]),
         ("a  b  the last of the columns", 16, ["a  b  the last", "      of the", "      columns"]),
         ("a column too far to the   right", 28, ["a column too far to the", "  right"]),
         ("  path   /a/path/that/is/long", 20, ["  path", "/a/path/that/is/long"]),
-        ("abcdefgh", 3, ["abc", "def", "gh"]),
     ],
 )
 def test_further_rows_begin_below_the_last_column(line, width, rows):

@@ -25,7 +25,7 @@ from kinematics import Joints
 from kinematics.chains.assignment import assign_frames, zero_position
 from kinematics.chains.links import Convention
 from kinematics.guards.shapes import Box
-from kinematics.textbook.systems import SYSTEMS, system
+from kinematics.textbook.systems import system
 from kinematics.textbook.thirteen_steps import assignment_steps
 
 INKS = st.sampled_from(sorted(PATTERNS))
@@ -209,8 +209,8 @@ def test_a_picture_shows_what_is_known_by_then(convention, stage, shown):
 
 
 @pytest.mark.parametrize("convention", Convention)
-@pytest.mark.parametrize("name", SYSTEMS)
-def test_every_frame_and_link_of_every_system_is_drawn(name, convention):
+@pytest.mark.parametrize("name", ["two-link-5", "puma"])
+def test_every_frame_and_link_is_drawn(name, convention):
     for braille in (True, False):
         drawn = pictures(name, convention, braille=braille)
         assert all(AXIS_WORD in picture for picture in drawn.values())

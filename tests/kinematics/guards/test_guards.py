@@ -349,6 +349,15 @@ def test_the_first_guard_on_a_straight_line_is_named_where_it_begins(name, start
     assert 1.0 < violation.excess_mm <= 1.0 + 2.0
 
 
+def test_a_sheet_between_two_free_postures_is_found():
+    guards = replace(ONLY_BOXES, boxes=(Box("sheet", (200.0, -1.0, 0.0), (300.0, 1.0, 400.0)),))
+    start, goal = (Joints.of(base_deg, 40, -60, -20, 0) for base_deg in (-40, 60))
+    assert not guards.violations(TEACHMOVER, start) + guards.violations(TEACHMOVER, goal)
+    fraction, violation = first_violation(TEACHMOVER, guards, (start, goal))
+    assert violation.guard == "box sheet"
+    assert 0.2 < fraction < 0.4
+
+
 @given(st.floats(-60.0, -2.0), st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))
 def test_an_arm_below_the_table_may_rise_and_may_not_sink(z_mm, direction, turn):
     pose = Pose(260 * math.cos(direction), 260 * math.sin(direction), z_mm, -math.pi / 2)

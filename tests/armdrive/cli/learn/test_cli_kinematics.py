@@ -10,7 +10,6 @@ from armdrive.cli.learn.models import find_subject, given_joints, shown_joints
 from armdrive.config.preset import corrected
 from armdrive.registry.arm_files import load_arm
 from armdrive.status import joints_view, pose_view
-from armdrive.text import reading
 from armdrive.text.toml import Problems, TomlTable
 from kinematics import PRESETS, Joints, preset
 from kinematics.frames.transforms import position_of
@@ -207,17 +206,6 @@ def test_an_arm_file_is_a_model_with_its_corrections_and_its_tool(call, tmp_path
     assert found["ok"]
     assert find_subject(str(path)).chain.joint_names == arm.joint_names
     assert call("plot", "--model", str(path), "--ascii", code=0).out
-
-
-@pytest.mark.parametrize("kind", ["arm", "links"])
-def test_a_model_file_is_read_once(kind, tmp_path, monkeypatch):
-    path, times = tmp_path / "lab.toml", []
-    links = "[[links]]\nd_mm = 100.0\nalpha_deg = 90.0\n"
-    path.write_text(ARM if kind == "arm" else links, encoding="utf-8")
-    read = reading.read_text
-    monkeypatch.setattr(reading, "read_text", lambda *given: times.append(given) or read(*given))
-    assert find_subject(str(path)).name == "lab"
-    assert [given[0] for given in times] == [path]
 
 
 # `armdrive plot`: what an arm reaches, in characters and in files.
