@@ -167,12 +167,6 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     return last if low - last <= first - high else first
 
 
-def fitted(angle: float, low: float, high: float, seed: float) -> float:
-    """Return the result of `turn_into`, or infinity if no turn of the angle is within the range."""
-    turned = turn_into(angle, low, high, seed)
-    return turned if low <= turned <= high else math.inf
-
-
 # The lowest and the highest of a range.
 Span = tuple[float, float]
 
@@ -187,8 +181,8 @@ def all_fitted(
     found = []
     for angle, (low, high), seed in zip(angles, spans, near, strict=True):
         if not (low <= angle <= high and -math.pi < angle - seed < math.pi):
-            angle = fitted(angle, low, high, seed)
-            if angle == math.inf:
+            angle = turn_into(angle, low, high, seed)
+            if not low <= angle <= high:
                 return None
         found.append(angle)
     return tuple(found)

@@ -114,13 +114,12 @@ class ChainArm:
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return the posture a small step from the seed; raises `Unreachable`."""
-        near = self.solve_near(pose, seed)
-        if near is not None and math.dist(near, seed) <= LEAP_RAD:
-            return near
-        found = descend(self.chain, self.goal(pose), self._values(seed))
-        if not found.ok:
-            raise _refusal(self, pose, found)
-        joints = self.joints_of(found.joints)
+        joints = self.solve_near(pose, seed)
+        if joints is None:
+            found = descend(self.chain, self.goal(pose), self._values(seed))
+            if not found.ok:
+                raise _refusal(self, pose, found)
+            joints = self.joints_of(found.joints)
         name, turn = largest_turn(seed, joints)
         if turn > LEAP_RAD:
             reason = leap_sentence(name, turn, "the posture is singular here")
@@ -217,17 +216,9 @@ class ChainArm:
         )
 
     def _found(self, pose: Pose, seed: Joints | None) -> Joints | Solution:
-        """Return the posture for a pose, or the account of the best one if none holds it.
-
-        The closed form is asked here, because `solve_goal` adds an account of its answer, which
-        takes longer than the answer. Only goals that it cannot meet are left to the search.
-        """
-        goal, near = self.goal(pose), self._start(seed)
-        if self.closed is not None and self.closed.solves(goal):
-            values = self.closed.nearest(goal, near)
-            if values is not None:
-                return self.joints_of(values)
-        found = solve_goal(self.chain, goal, near, hand_first=True, starts=STARTS)
+        """Return the posture for a pose, or the account of the best one if none holds it."""
+        near = self._start(seed)
+        found = solve_goal(self.chain, self.goal(pose), near, hand_first=True, starts=STARTS)
         return self.joints_of(found.joints) if found.ok else found
 
     def _start(self, seed: Joints | None) -> tuple[float, ...]:

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from kinematics.chains.branches import BranchFinder, Family, Posture, family_of
+from kinematics.chains.branches import BranchFinder, Posture, family_of
 from kinematics.chains.chain import Chain
 from kinematics.chains.descent import QUICK, Descent
 from kinematics.chains.evaluation import evaluator
@@ -40,7 +40,6 @@ class ClosedForm:
     """
 
     chain: Chain
-    family: Family
     finder: BranchFinder
     fk: Callable[[Sequence[float]], Transform]
     frees_heading: bool
@@ -105,8 +104,13 @@ def closed_form(chain: Chain) -> ClosedForm | None:
     """
     if not chain.is_plain:
         return None
-    form = _without_limits(chain.within())
-    return None if form is None else replace(form, chain=chain)
+    family = family_of(chain)
+    if isinstance(family, str):
+        return None
+    first_axis = chain.axes(chain.zero)[0][1]
+    frees_heading = len(chain) == 5 and math.hypot(*first_axis[:2]) <= NEAR_RAD
+    finder = BranchFinder(chain, family)
+    return ClosedForm(chain, finder, evaluator(chain).fk, frees_heading)
 
 
 class HowSolved(NamedTuple):
@@ -123,19 +127,6 @@ def how_solved(chain: Chain) -> HowSolved:
         return HowSolved(f"none: {family}", "numerically, from many starts: one posture")
     solved = "in closed form: all postures, each compared with the goal"
     return HowSolved(family.value, solved)
-
-
-@lru_cache(maxsize=64)
-def _without_limits(chain: Chain) -> ClosedForm | None:
-    """Return the closed form of a chain without limits; all chains of one link table share it."""
-    family = family_of(chain)
-    if isinstance(family, str):
-        return None
-    first_axis = chain.axes(chain.zero)[0][1]
-    frees_heading = len(chain) == 5 and math.hypot(*first_axis[:2]) <= NEAR_RAD
-    return ClosedForm(
-        chain, family, BranchFinder(chain, family), evaluator(chain).fk, frees_heading
-    )
 
 
 def _same(one: Posture, other: Posture) -> bool:
