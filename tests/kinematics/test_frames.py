@@ -90,16 +90,6 @@ def test_three_touched_points_lay_out_the_frame_they_were_taken_from(
 # Vectors: products, lengths, angles, and what a vector without a direction cannot tell.
 
 
-@given(directed, directed)
-def test_the_vector_product_is_normal_to_both_and_as_long_as_they_span(u, v):
-    w = cross(u, v)
-    size = norm(u) * norm(v)
-    assert abs(dot(w, u)) <= 1e-9 * size * norm(u)
-    assert abs(dot(w, v)) <= 1e-9 * size * norm(v)
-    assert math.isclose(norm(w), size * math.sin(angle_between(u, v)), abs_tol=1e-9 * size)
-    assert gap(w, scale(-1.0, cross(v, u))) == 0.0
-
-
 @every_row("tiny", [1e-12, 1e-9, 1e-6])
 def test_the_smallest_angles_keep_their_digits(tiny):
     u, v = X_AXIS, (math.cos(tiny), math.sin(tiny), 0.0)

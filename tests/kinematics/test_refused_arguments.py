@@ -166,6 +166,7 @@ def test_no_matrix_is_made_of_what_is_no_finite_number(make, value):
         (lambda: DHLink(a_mm="1"), "a_mm must be a finite number"),
         (lambda: Chain(LINKS).within(((0.0, 1.0),)), "2 pairs, lowest and highest value"),
         (lambda: PUMA.sized(1.0), "the lengths of puma are d1, a1"),
+        (lambda: PUMA.sized(height=3.0), "the lengths of puma are d1, a1"),
         (lambda: PUMA.ik((1.0,) * 7), r"6 numbers \(x"),
         (lambda: PUMA.ik((*(1.0,) * 5, math.nan)), "psi.* must be a finite number"),
         (lambda: SYSTEMS["minimover5"].ik((250, 0, 120, -90.0, 0)),

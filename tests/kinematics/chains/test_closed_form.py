@@ -56,13 +56,9 @@ PARALLEL = "three parallel axes: 2, 3 and 4"
     "name, said",
     [
         ("Puma 560", WRIST),
-        ("KUKA KR 6", WRIST),
-        ("AR4", WRIST),
-        ("Thor", WRIST),
         ("a wrist of other angles", WRIST),
         ("UR5", PARALLEL),
         ("Mini-mover", PARALLEL),
-        ("SCORBOT", PARALLEL),
     ],
 )
 def test_the_class_of_an_arm_in_words(name, said):

@@ -10,7 +10,7 @@ from systems_cases import gap, postures, same_goal, same_joints
 
 from kinematics import Joints, Pose, preset
 from kinematics.chains.links import JointKind
-from kinematics.errors import KinematicsError, OutOfReach, UnknownSystem
+from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.five_axis.closed_form import forward_frame
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import position_of, rotation_of
@@ -164,10 +164,6 @@ def test_another_size_of_a_build_keeps_its_laws(one):
     goal = longer.goal_of(longer.fk(joints))
     assert any(same_joints(one, branch.joints, joints) for branch in longer.ik(goal, joints))
     assert (longer == one) is (not one.sizes)
-    with pytest.raises(KinematicsError, match=f"the lengths of {one.name} are"):
-        one.sized(height=3.0)
-    with pytest.raises(KinematicsError, match=f"the lengths of {one.name} are"):
-        one.sized(*one.sizes, 1.0)
 
 
 # The two-link manipulators in three ways, the notes' own matrices, and their workspaces.

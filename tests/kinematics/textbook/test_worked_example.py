@@ -11,7 +11,6 @@ from kinematics.textbook.study import subject_of_chain, subject_of_system
 from kinematics.textbook.systems import SYSTEMS, system
 from kinematics.textbook.worked_example import (
     sections,
-    symbolic_example,
     symbolic_sections,
     work,
 )
@@ -113,15 +112,3 @@ def test_a_system_in_symbols_shows_matrices_product_and_solutions():
     assert "[ C12  -S12  0  l1 C1 + l2 C12 ]" in lines
     assert "  theta1 = direction - lift" in lines
     assert "  as elbow up, but" in lines
-
-
-def test_a_chain_in_symbols_has_base_and_tool():
-    based = Chain(LINKS, base=OWN.fk((0.0, 0.0, 10.0)), tool=OWN.fk((0.0, 0.0, 20.0)))
-    lines = [
-        line
-        for each in symbolic_sections(symbolic_example(subject_of_chain("", "", "", based)))
-        for line in each.lines
-    ]
-    assert "base =" in lines
-    assert "tool =" in lines
-    assert any(line.startswith("T = base A1 A2 A3 tool") for line in lines)
