@@ -173,8 +173,7 @@ def round_through(start: Point, via: Point, goal: Point, sweep_rad: float | None
     if sweep_rad is None:
         return Round(centre, out, ahead, _angle_about(subtract(goal, centre), out, ahead), goal)
     sweep = positive("sweep_rad", sweep_rad)
-    end = start if sweep == math.tau else turned(centre, out, ahead, sweep)
-    return Round(centre, out, ahead, sweep, end)
+    return Round(centre, out, ahead, sweep, turned(centre, out, ahead, sweep))
 
 
 def _angle_about(point: Vector, out: Vector, ahead: Vector) -> float:

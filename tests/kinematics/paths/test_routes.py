@@ -445,6 +445,19 @@ def test_a_route_has_no_sharp_corners_and_breaks_by_name(first, one, two, three,
         assert len(section.corners) < 100 * len(section.parts)
 
 
+def test_lines_of_a_route_are_followed_in_one_posture():
+    up, down = (Joints.of(10, 20, elbow_deg, -15, 0) for elbow_deg in (-70, 70))
+
+    def aside(joints):
+        here = UNEVEN.fk(joints)
+        return LinePart(dataclasses.replace(here, y_mm=here.y_mm + 10))
+
+    with pytest.raises(PathBroken, match="the arm would stand in another posture") as broken:
+        sections(up, aside(up), JointPart(down), aside(down), arm=UNEVEN)
+    assert broken.value.part == 3
+    assert len(sections(up, aside(up), JointPart(up), aside(up), arm=UNEVEN)) == 3
+
+
 def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
     with pytest.raises(PathBroken, match="nearest pose that can be reached") as broken:
         sections(START, LinePart(BETWEEN), PosePart(pose(600, 100, 120, -20)))
