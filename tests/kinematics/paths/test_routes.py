@@ -161,6 +161,14 @@ def test_a_line_keeps_the_elbow_that_it_starts_with(elbow_deg):
     assert all(each["elbow"] * elbow_deg > 0.0 for each in waypoints)
 
 
+def test_the_roll_takes_the_longer_way_where_its_range_forbids_the_shorter():
+    start = Joints.of(10, 20, -70, -15, 150)
+    goal = dataclasses.replace(UNEVEN.fk(start), roll_rad=math.radians(-150))
+    waypoints = line_path(UNEVEN, start, goal)
+    assert waypoints[-1].deg["wrist_roll"] == pytest.approx(-150)
+    assert len(waypoints) > 1
+
+
 def test_a_line_behind_the_base_axis_stays_behind():
     start = TEACHMOVER.ik(TEACHMOVER.fk(Joints.of(0, 130, -20, 0, 180)), Joints.of(0, 130, 0, 0, 0))
     origin = TEACHMOVER.fk(start)
