@@ -10,6 +10,7 @@ import pkgutil
 import re
 import signal
 import traceback
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -20,9 +21,9 @@ import kinematics
 import tui
 from armdrive import Arm
 from armdrive.cli.runner import CommandEnded
-from armdrive.errors import ArmError, LinkLost, NoSuchPort, NotReferenced, WrongState
+from armdrive.errors import ArmError, NoSuchPort, NotReferenced, WrongState
 from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
-from armdrive.errors.table import ENTRIES, by_code, entry, entry_of, error_view
+from armdrive.errors.table import ENTRIES, entry, entry_of
 from armdrive.runtime.states import TRANSITIONS, Belief, Event, after, require_reference
 from armdrive.status import Evidence, State, Trust
 from firmware_protocol.errors import ProtocolError
@@ -111,23 +112,18 @@ def test_an_error_is_found_by_its_own_class_or_the_nearest():
     assert entry(CommandEnded(signal.SIGTERM)).code == "E004"
 
 
-def test_a_code_is_looked_up_in_any_writing_and_a_wrong_one_refused(call):
-    assert by_code("[e407]") is entry(LinkLost("gone"))
-    assert "did you mean E407?" in call.refused("errors", "E4077", code=2)
-
-
-def test_the_command_prints_one_row_by_its_code(call):
-    text = call("errors", "e407", code=0).out
+def test_the_command_looks_errors_up_by_their_codes_and_words(call):
+    text = call("errors", "[e407]", code=0).out
     assert text.startswith("E407: the connection was lost (LinkLost)")
     assert "`armdrive reset`" in text
+    assert "did you mean E407?" in call.refused("errors", "E4077", code=2)
     assert "E999" in call.refused("errors", "E999", code=2)
-
-
-def test_the_list_names_every_code_and_json_gives_every_word(call):
     listed = call("errors", code=0).out
     assert all(row.code in listed for row in ENTRIES)
     lines = call("errors", "--json", code=0).json_lines
     assert [each["code"] for each in lines] == [row.code for row in ENTRIES]
+    assert call("errors", "--find", "does not answer,TIMEOUT", code=0).out.startswith("E502: ")
+    assert "no error contains these words" in call("errors", "--find", "zzz", code=0).out
 
 
 def test_the_command_line_says_the_code_and_with_json_the_whole(call):
@@ -162,12 +158,6 @@ def test_the_status_carries_the_codes_with_their_words():
         assert arm.status.notice_code == ""
 
 
-def test_the_plain_data_of_an_error_is_its_sentence_and_its_row():
-    told = error_view(NotReferenced("home first"))
-    assert told["message"] == "home first"
-    assert told["title"] == "the position cannot be trusted"
-
-
 # What an error asks a person to do stands in the words of the interface that shows it.
 
 
@@ -188,56 +178,44 @@ is about an argument, which only a Python program has. The catalogue is checked 
 """
 
 
-def refusals_of_states() -> list[str]:
-    """Return what is said of every transition that there is not."""
+def refusals() -> list[str]:
+    """Return what is said of transitions that there are not, and of motion without trust."""
     said = []
-    for state in State:
-        for event in Event:
-            if (state, event) not in TRANSITIONS:
-                with pytest.raises(WrongState) as refused:
-                    after(state, event)
-                said.append(str(refused.value))
-    return said
-
-
-def refusals_of_trust() -> list[str]:
-    """Return what is said of planned motion under each trust that refuses it."""
-    said = []
+    for state, event in product(State, Event):
+        if (state, event) not in TRANSITIONS:
+            with pytest.raises(WrongState) as refused:
+                after(state, event)
+            said.append(str(refused.value))
     for trust in set(Trust) - {Trust.REFERENCED}:
-        with pytest.raises(ArmError) as refused:
+        with pytest.raises(ArmError) as distrusted:
             require_reference(Belief(trust, "for a reason"), allow_restored=False)
-        said.append(str(refused.value))
+        said.append(str(distrusted.value))
     return said
 
 
 SENTENCES = (
     *(text for row in ENTRIES for text in (row.cause, row.effect, row.remedy)),
-    *refusals_of_states(),
-    *refusals_of_trust(),
+    *refusals(),
     *(each.python for each in PHRASES),
 )
 
 
+SAID = {
+    "command line": "Look at the arm, run `armdrive reset`, then `armdrive home`.",
+    "shell": "Look at the arm, type `reset`, then `home`.",
+    "desk": "Look at the arm, press R, then H.",
+}
+
+
 @pytest.mark.parametrize("interface", INTERFACES)
-def test_no_sentence_of_the_catalogue_speaks_python_to_a_person(interface):
-    for sentence in SENTENCES:
-        shown = presented(sentence, INTERFACES[interface])
-        assert not PYTHON.search(shown), shown
-        assert presented(shown, INTERFACES[interface]) == shown
-
-
-@pytest.mark.parametrize(
-    ("interface", "said"),
-    [
-        ("command line", "Look at the arm, run `armdrive reset`, then `armdrive home`."),
-        ("shell", "Look at the arm, type `reset`, then `home`."),
-        ("desk", "Look at the arm, press R, then H."),
-    ],
-)
-def test_each_interface_has_its_own_words(interface, said):
-    sentence = "Look at the arm, call `reset()`, then `home()`."
-    assert presented(sentence, INTERFACES[interface]) == said
+def test_each_interface_has_its_own_words_and_none_speaks_python_to_a_person(interface):
+    words = INTERFACES[interface]
+    assert presented("Look at the arm, call `reset()`, then `home()`.", words) == SAID[interface]
     assert presented("Call `home()`.", COMMAND_LINE) == "Run `armdrive home`."
+    for sentence in SENTENCES:
+        shown = presented(sentence, words)
+        assert not PYTHON.search(shown), shown
+        assert presented(shown, words) == shown
 
 
 @functools.cache
@@ -276,8 +254,3 @@ def test_no_sentence_of_an_arm_sends_a_person_at_the_desk_to_the_command_line():
         if any(command in text for command in commands)
     ]
     assert not named, "\n".join(named)
-
-
-def test_reset_says_how_the_arm_is_then(call):
-    assert "reset: state standby" in call("reset", code=0).out
-    assert call("reset", "--json", code=0).json["state"] == "standby"

@@ -60,51 +60,39 @@ def test_every_byte_of_the_wire_is_noted_in_order(dialect, tmp_path, monkeypatch
     arm.close()
 
 
-def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path):
+def test_what_a_program_does_is_noted_in_words(arm, tmp_path):
     with pytest.raises(OutOfBounds):
         arm.move_j(shoulder_deg=200)
     arm.gripper.open(30.0)
-    entries = saved(arm, tmp_path).entries
-    calls = of_kind(entries, EntryKind.CALL)
-    assert "move_j shoulder 200 deg" in calls
-    assert "gripper.open 30" in calls
-    (raised,) = of_kind(entries, EntryKind.RAISED)
-    assert raised.startswith("OutOfBounds: ")
-
-
-def test_requests_and_their_answers_are_noted(arm, tmp_path):
     arm.move_motors(0, 0, 0, 0, 5, 0)
-    entries = saved(arm, tmp_path).entries
-    assert any(
-        text.startswith("MoveBy(0 0 0 0 5 0; ") for text in of_kind(entries, EntryKind.REQUEST)
-    )
-    assert "done" in of_kind(entries, EntryKind.REPLY)
-    told = of_kind(entries, EntryKind.REGISTERS)[-1]
-    assert told.startswith(" ".join(map(str, arm.twin.device.registers)))
-
-
-def test_changes_of_state_trust_current_and_offset_are_noted_with_reasons(arm, tmp_path):
-    arm.disable()
-    entries = saved(arm, tmp_path).entries
-    states = of_kind(entries, EntryKind.STATE)
-    assert states[:3] == ["disconnected", "standby", "homing"]
-    assert states[-1] == "disabled"
-    trust = of_kind(entries, EntryKind.TRUST)
-    assert "referenced: referenced in the reference posture" in trust
-    assert trust[-1] == "suspect: the motor current was switched off, and the arm can sag"
-    assert of_kind(entries, EntryKind.CURRENT)[-1] == "off"
-    assert len(of_kind(entries, EntryKind.OFFSET)) >= 2
-
-
-def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
+    registers = " ".join(map(str, arm.twin.device.registers))
     handle = arm.move_j(base_deg=60, speed=0.2, wait=False)
     arm.sleep(0.5)
     arm.stop()
     assert handle.done
     arm.estop()
     arm.sleep(0.5)
-    stops = of_kind(saved(arm, tmp_path).entries, EntryKind.STOP)
-    assert stops == ["normal stop", "emergency stop"]
+    arm.reset()
+    arm.disable()
+    entries = saved(arm, tmp_path).entries
+    calls = of_kind(entries, EntryKind.CALL)
+    assert {"move_j shoulder 200 deg", "gripper.open 30"} <= set(calls)
+    raised = of_kind(entries, EntryKind.RAISED)
+    assert [each.partition(":")[0] for each in raised] == ["OutOfBounds", "Stopped"]
+    requests = of_kind(entries, EntryKind.REQUEST)
+    assert any(each.startswith("MoveBy(0 0 0 0 5 0; ") for each in requests)
+    assert "done" in of_kind(entries, EntryKind.REPLY)
+    counts = of_kind(entries, EntryKind.REGISTERS)
+    assert any(each.startswith(registers) for each in counts)
+    states = of_kind(entries, EntryKind.STATE)
+    assert states[:3] == ["disconnected", "standby", "homing"]
+    assert states[-3:] == ["error-stop", "standby", "disabled"]
+    trust = of_kind(entries, EntryKind.TRUST)
+    assert "referenced: referenced in the reference posture" in trust
+    assert trust[-1] == "suspect: the motor current was switched off, and the arm can sag"
+    assert of_kind(entries, EntryKind.CURRENT)[-1] == "off"
+    assert len(of_kind(entries, EntryKind.OFFSET)) >= 2
+    assert of_kind(entries, EntryKind.STOP)[:2] == ["normal stop", "emergency stop"]
 
 
 def lose_the_wire(arm):
@@ -143,6 +131,18 @@ def test_a_fault_is_written_by_itself_at_once_and_a_closed_arm_is_not(fail, why,
     assert written(tmp_path / "closed") == []
 
 
+def test_another_thread_writes_so_that_a_slow_disk_delays_no_motion(tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        "armdrive.trace.files.write_recording",
+        lambda *_, **__: seen.append(threading.current_thread().name),
+    )
+    arm = recorded_arm(folder=tmp_path)
+    arm.estop()
+    arm.close()
+    assert seen == ["armdrive-recorder"]
+
+
 def test_only_so_many_files_are_left_and_the_oldest_go(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "MOST_FILES", 3)
     arm = recorded_arm(folder=tmp_path)
@@ -168,16 +168,14 @@ def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the
 
 
 def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
-    arm = recorded_arm()
-
     def full(_handle):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("os.fsync", full)
-    with pytest.raises(StateFileError, match="No space left"):
-        arm.recorder.save(tmp_path / "recording.jsonl")
+    with recorded_arm() as arm, monkeypatch.context() as patched:
+        patched.setattr("os.fsync", full)
+        with pytest.raises(StateFileError, match="No space left"):
+            arm.recorder.save(tmp_path / "recording.jsonl")
     assert written(tmp_path) == []
-    arm.close()
 
 
 def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
@@ -187,18 +185,6 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
     arm.close()
     assert written(tmp_path) == []
     assert arm.recorder.save().is_file()  # asked for, it is written all the same
-
-
-def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
-    seen = []
-    monkeypatch.setattr(
-        "armdrive.trace.files.write_recording",
-        lambda *_, **__: seen.append(threading.current_thread().name),
-    )
-    arm = recorded_arm(folder=tmp_path)
-    arm.estop()
-    arm.close()
-    assert seen == ["armdrive-recorder"]
 
 
 LETTING_GO = [
@@ -262,15 +248,11 @@ def filled(entries, sealed_after, **bounds):
     return ring
 
 
-@given(runs(), st.integers(0, 10))
-def test_entries_that_fit_are_kept_whole_and_in_order(run, sealed_after):
-    ring = filled(run, sealed_after, longest_s=1e9)
-    assert list(ring.entries()) == run
-    assert ring.dropped == 0
-
-
 @given(runs(), st.integers(0, 10), st.integers(200, 3000), st.floats(1.0, 100.0))
-def test_it_never_grows_beyond_its_bounds(run, sealed_after, most_bytes, longest_s):
+def test_it_keeps_the_beginning_the_end_and_lasting_settings_within_bounds(
+    run, sealed_after, most_bytes, longest_s
+):
+    assert list(filled(run, sealed_after, longest_s=1e9).entries()) == run  # what fits is whole
     opening = 1500
     ring = filled(
         run,
@@ -284,15 +266,10 @@ def test_it_never_grows_beyond_its_bounds(run, sealed_after, most_bytes, longest
     size = sum(ENTRY_BYTES + len(each.what) for each in kept if each.kind is not EntryKind.DROPPED)
     assert size <= most_bytes + opening + ENTRY_BYTES + 20  # the entry that closes the beginning
     assert [each.time_s for each in kept] == sorted(each.time_s for each in kept)
-
-
-@given(runs(), st.integers(1, 10), st.integers(200, 2000))
-def test_the_beginning_the_end_and_settings_that_last_are_there(run, sealed_after, most_bytes):
-    ring = filled(run, sealed_after, most_bytes=most_bytes, longest_s=1e9)
-    kept = ring.entries()
-    beginning = run[:sealed_after]
-    assert list(kept[: len(beginning)]) == beginning
-    assert not run or kept[-1] == run[-1] or kept[-1].kind is EntryKind.DROPPED
+    kept = filled(run, sealed_after, most_bytes=most_bytes, longest_s=1e9).entries()
+    if sealed_after:
+        assert list(kept[:sealed_after]) == run[:sealed_after]
+        assert not run or kept[-1] == run[-1] or kept[-1].kind is EntryKind.DROPPED
     for entry in run:
         lasting = entry.kind is EntryKind.REQUEST and entry.what.startswith(
             ("SwitchOn", "SetOutputs")
