@@ -163,11 +163,11 @@ def test_a_file_goes_into_the_arm_and_comes_out_the_same(call, rows, tmp_path):
     assert "raw     2" in call("pendant", "show", code=0).out
 
 
-@pytest.mark.parametrize(("answer", "code"), [("no\n", 3), ("\n", 3), ("yes\n", 0)])
-def test_writing_asks_first(call, rows, monkeypatch, answer, code):
-    monkeypatch.setattr(sys, "stdin", Terminal(answer))
-    call("pendant", "write", str(rows), code=code)
-    assert words(call) == (WORDS if code == 0 else [])
+def test_writing_asks_first(call, rows, monkeypatch):
+    for answer, code in (("no\n", 3), ("\n", 3), ("yes\n", 0)):
+        monkeypatch.setattr(sys, "stdin", Terminal(answer))
+        call("pendant", "write", str(rows), code=code)
+        assert words(call) == (WORDS if code == 0 else [])
 
 
 def test_a_file_that_cannot_be_used_is_named_with_its_line(call, tmp_path):
