@@ -89,8 +89,3 @@ def write_bench(port: object = "/dev/none", name: str = "bench", usb_serial: str
     """Put the arm file of a TeachMover on a port, which is not there unless one is given."""
     keys = f'dialect = "teachmover"\nport = "{port}"\nusb_serial = "{usb_serial}"\n'
     return write_arm_file(name, f'model = "teachmover"\n[connection]\n{keys}')
-
-
-def state_files(ending: str) -> list[Path]:
-    """Return the files of one kind in the state folder."""
-    return sorted(places.states().glob(f"*{ending}"))

@@ -117,23 +117,6 @@ PICK_AND_PLACE = (
 BLOCK = TableBlock("A", 250.0, 60.0, 0.0, 30.0, 30.0)
 
 
-@contextmanager
-def at_each_start(arm, happens):
-    """Call `happens(move, handle)` after the arm has begun each motion."""
-    start = arm.start
-
-    def starting(move, **how):
-        handle = start(move, **how)
-        happens(move, handle)
-        return handle
-
-    arm.start = starting
-    try:
-        yield
-    finally:
-        arm.start = start
-
-
 def table_arm(dialect="teachmover", *blocks):
     """Return a simulated arm in its reference posture, with blocks on its table."""
     config = simulated_config(dialect)

@@ -87,16 +87,11 @@ def test_the_act_stays_the_same_until_it_is_answered():
 
 FAILING = [
     ("n = 0\nx = 1 / n", "divides by zero"),
-    ("n = 0\nx = mod(1, n)", "divides by zero"),
     ("x = sqrt(1 - 2)", "a negative number has no square root"),
     ("x = tan(45 + 45)", "a right angle has no tangent"),
     ("x = 1e300 * 1e300", "too large"),
-    ("x = 1e999", "too large"),
-    ("repeat 1e999\nend", "this number is too large"),
-    ("signal 1e999", "this number is too large"),
     ("x = floor(1e999)", "this number is too large"),
     ("n = 1.5\nrepeat n\nend", "the number of rounds must be a whole number, not 1.5"),
-    ("n = -1\nrepeat n\nend", "the number of rounds must be at least 0, not -1"),
     ("n = 2\nspeed n", "a fraction of the limits, not 2: write 0.02 or 2%"),
     ("n = -2\ndelay n", "at least 0, not -2"),
     ("n = 1.5\nsignal n", "whole number, not 1.5"),
@@ -128,12 +123,10 @@ def test_a_failure_stays_and_can_be_written_down():
     machine = started("ready\nx = 0\nx = 1 / x")
     machine.next()
     machine.answer(None)
-    for _ in range(2):
-        with pytest.raises(ProgramError, match="divides by zero"):
-            machine.next()
     again = machine.program.restored(json.loads(json.dumps(machine.snapshot())))
-    with pytest.raises(ProgramError, match="divides by zero"):
-        again.next()
+    for each in (machine, machine, again):
+        with pytest.raises(ProgramError, match="divides by zero"):
+            each.next()
 
 
 @every_row(

@@ -185,15 +185,6 @@ def test_no_bus_is_opened_while_simulation_is_forced(call, monkeypatch):
 # `armdrive can setup`: the command around the talk, and the file that it writes.
 
 
-def test_a_practice_whose_input_ends_promises_nothing(call, typing):
-    typing("yes")
-    said = call("can", "setup", "bench", "--sim", code=2).err
-    assert "nothing is written" in said
-    assert "continues" not in said
-    refused = call.refused("can", "setup", "bench", "--sim", "--port", "can:virtual:x", code=2)
-    assert "--sim needs no --port" in refused
-
-
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
 
 

@@ -1,16 +1,14 @@
 """`armdrive doctor`: asks before it opens, and says what it found."""
 
-import contextlib
 import math
 import os
 import socket
 import sys
 import threading
-from functools import partial
 
 import pytest
 from amounts import THOROUGH, every_row
-from can_setup_bench import ServedBus, another_program, arm
+from can_setup_bench import arm
 from cli_calls import Terminal, write_arm_file, write_bench
 from doctor_bench import (
     NUMBER,
@@ -22,14 +20,11 @@ from doctor_bench import (
     plug,
 )
 from served import Served
-from waiting import looks
 
 from armdrive.arm.device import ControllerMemory
 from armdrive.connect import parts
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
-from armdrive.dialects.bus import tools
-from armdrive.dialects.bus.tools import listen
 from armdrive.errors import PortUnavailable
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
@@ -45,7 +40,6 @@ from armdrive.transports import ports as system
 from armdrive.transports.can_health import BusHealth
 from armdrive.transports.ports import CanPort, PortInfo
 from firmware_protocol import mks
-from firmware_protocol.mks import ReadEncoder, encode
 from firmware_protocol.robko01 import Pong
 from firmware_protocol.robko01.messages import encode_answer
 
@@ -374,30 +368,6 @@ def test_trying_rates_distinguishes_an_empty_bus_from_a_wrong_rate(call, drives)
     for motor in range(6):
         drives.board.node(motor).port.plugged = False
     assert "took every frame" in call("doctor", BUS, "--ids", "1-2", code=6).out
-
-
-@contextlib.contextmanager
-def served_bus(folder):
-    bus = ServedBus(folder)
-    try:
-        yield bus
-    finally:
-        bus.end()
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, tmp_path, monkeypatch):
-    monkeypatch.setattr(tools, "listen", partial(listen, seconds=0.4))
-    with served_bus(tmp_path) as served:
-        with another_program(served.beside, encode(2, ReadEncoder())):
-            for _ in looks("the other program was never heard"):  # it may be kept from its work
-                called = call("doctor", "--can", served.port, "--dialect", "mks")
-                if "nothing passed" not in called.out:
-                    break
-        assert called.code == 1
-        assert "another program commands drives (drive 2: read encoder" in called.out
-        assert "answer" not in called.out.replace("answers", "")
-        assert served.server.adapters[0].refused == 0
 
 
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
