@@ -88,7 +88,7 @@ class RunProgress:
             done_s += self._first_s(self._loop - 1)
             whole_s = self._first_s(self._repeated)
         percent = 100.0 * done_s / whole_s if whole_s > 0.0 else 0.0
-        return Estimate(min(percent, 100.0), max(whole_s - done_s, 0.0) / share)
+        return Estimate(percent, max(whole_s - done_s, 0.0) / share)
 
     def _first_s(self, loops: int) -> float:
         """Return how long the first loops take: a person may ask for millions of them."""

@@ -164,11 +164,9 @@ class Performer:
 
         Raises `Stopped`, what the arm's calls raise, and `kinematics.KinematicsError`.
         """
-        self.waits.while_paused()
         # an act that a stop came too late for has ended well, but no further one begins
-        answer = self._performers[type(act)](act)
-        self.waits.require_no_stop()
-        return answer
+        self.waits.while_paused()
+        return self._performers[type(act)](act)
 
     def hold(self, text: str) -> None:
         """Wait until a person continues the program. Raises `Stopped`."""

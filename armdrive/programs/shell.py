@@ -49,7 +49,7 @@ from armdrive.sim.world.table import PARTS, block_of
 from armdrive.status import outcome_words
 from armdrive.storage.files import require_free, write_named
 from kinematics.errors import suggestion
-from kinematics.text import counted, mm_text
+from kinematics.text import counted
 
 
 class Left(Exception):
@@ -202,32 +202,16 @@ def _new(shell: Shell, _: str) -> Answers:
     yield "names, subprograms and the list are forgotten; the arm stays"
 
 
-def _points(shell: Shell, _: str) -> Answers:
-    for name, value in shell.session.context.variables.items():
-        if isinstance(value, PlaceValue):
-            yield f"  {name}: {value}"
-    for name, point in shell.arm.points.items():
-        yield f"  {name}: {PlaceValue(joints_deg=dict(point.joints.deg))}, saved"
-
-
 def _names(shell: Shell, _: str) -> Answers:
     context = shell.session.context
     for name, value in context.variables.items():
-        if not isinstance(value, PlaceValue):
-            yield f"  {name} = {value_text(value)}"
+        sign = ":" if isinstance(value, PlaceValue) else " ="
+        yield f"  {name}{sign} {value_text(value)}"
     for define in context.defines:
         yield f"  {define.name}({', '.join(define.parameters)})"
-    yield from _points(shell, "")
+    for name, point in shell.arm.points.items():
+        yield f"  {name}: {PlaceValue(joints_deg=dict(point.joints.deg))}, saved"
     yield f"  speed {value_text(context.speed * 100.0)}%"
-
-
-def _where(shell: Shell, _: str) -> Answers:
-    status = shell.arm.status
-    if status.pose is None:
-        yield "the arm's position is unknown: `home` references it"
-        return
-    fingers = "" if status.gripper_mm is None else f", fingers {mm_text(status.gripper_mm)} apart"
-    yield f"tip {status.pose}\njoints {status.joints}{fingers}"
 
 
 def _status(shell: Shell, _: str) -> Answers:
@@ -336,10 +320,8 @@ class OwnWord:
 # Every word of the shell.
 OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({row.pattern.split()[0]: row for row in (
     OwnWord("help [WORD]", "List all words, or explain one.", _help),
-    OwnWord("where", "Where the arm stands.", _where),
     OwnWord("status", "Everything known about the arm.", _status),
-    OwnWord("names", "The values, subprograms and points named so far.", _names),
-    OwnWord("points", "The points named here, and the saved points.", _points),
+    OwnWord("names", "The values, subprograms and points that are known.", _names),
     OwnWord("list", "The lines carried out so far, as a program.", _list),
     OwnWord("drop NUMBER", "Remove an entry from the list. Undoes nothing.", _drop),
     OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),

@@ -87,6 +87,7 @@ def test_a_real_arm_that_homes_is_rehearsed_although_a_board_like_its_own_starts
 @pytest.mark.parametrize("dialect", DIALECTS if THOROUGH else ["teachmover", "mks"])
 def test_a_rehearsal_takes_as_long_as_the_run(dialect):
     arm = table_arm(dialect)
+    arm.speed_override = 0.8
     before = arm.twin.save()
     acts = TOUR if dialect == "teachmover" or THOROUGH else TOUR[:3]  # a line and the fingers
     rehearsal = rehearse(SeenArm.of(arm), RunPlan(Script(acts)))
