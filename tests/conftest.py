@@ -1,4 +1,4 @@
-"""For all tests: repeatable hypothesis runs, a home folder each, and options for a real arm."""
+"""For all tests: repeatable hypothesis runs, and a home folder each."""
 
 import gc
 import itertools
@@ -44,46 +44,12 @@ settings.load_profile(
 )
 
 
-def pytest_addoption(parser):
-    """Add options for a real arm; without one, tests marked `hardware` are not collected."""
-    parser.addoption("--arm-port", metavar="PORT", help="the port of a real arm to be tested")
-    parser.addoption("--arm-dialect", metavar="NAME", help="the dialect that it speaks")
-
-
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config):
-    """Use one worker more than cores, because much of the time is waiting for processes.
-
-    A real arm has one worker, because each test continues from the position of the last one.
-    """
-    if config.getoption("--arm-port"):
-        return 1
+    """Use one worker more than cores, because much of the time is waiting for processes."""
     if "PYTEST_XDIST_AUTO_NUM_WORKERS" in os.environ:
         return None
     return (os.cpu_count() or 1) + 1
-
-
-def pytest_collection_modifyitems(config, items):
-    """Leave out the tests of a real arm unless there is one."""
-    if config.getoption("--arm-port"):
-        if not config.getoption("--arm-dialect"):
-            raise pytest.UsageError("--arm-port needs --arm-dialect: nothing is sent to find out")
-        return
-    left = [item for item in items if item.get_closest_marker("hardware")]
-    items[:] = [item for item in items if item not in left]
-    config.hook.pytest_deselected(items=left)
-
-
-@pytest.fixture
-def arm_port(request):
-    """Return the port of the real arm."""
-    return request.config.getoption("--arm-port")
-
-
-@pytest.fixture
-def arm_dialect(request):
-    """Return the dialect of the real arm."""
-    return request.config.getoption("--arm-dialect")
 
 
 @pytest.hookimpl(tryfirst=True)

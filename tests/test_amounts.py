@@ -28,10 +28,3 @@ def test_fixtures_and_further_tables_reach_the_test():
 
     kept(keep=seen.append)
     assert seen == [(1, 2, "a"), (1, 2, "b"), (3, 4, "a"), (3, 4, "b")]
-
-
-def test_a_table_has_rows_and_each_has_a_name():
-    with pytest.raises(AssertionError, match="without a row"):
-        every_row("number", ())
-    with pytest.raises(ValueError, match="zip"):
-        every_row("number", (1, 2), ids=["one"])

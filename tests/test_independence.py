@@ -125,15 +125,3 @@ def test_nobody_is_allowed_what_he_does_not_need(name):
 )
 def test_real_time_is_found(text):
     assert [*real_time(text)]
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "async def test(pilot):\n    await asyncio.sleep(0)\n    await pilot.pause()",
-        "async def test():\n    async with asyncio.timeout(None):\n        pass",
-        "arm.sleep(5.0)",
-    ],
-)
-def test_simulated_time_is_none(text):
-    assert not [*real_time(text)]

@@ -62,32 +62,24 @@ def test_a_forecast_belongs_to_the_present_controller() -> None:
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_the_bound_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
+def test_the_bound_at_rest_holds_for_any_motion_and_that_of_a_motion_ends_with_it(dialect):
     stage = stage_of(dialect, Begin.PLANNED)
-    motion = stage.arm.config.motion
-    stage.arm.parts.core.stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
-    at_rest = stage.arm.parts.core.stop_bound()
-    begin(stage, Begin.PLANNED, 1.0, 1.0)
-    stage.arm.sleep(0.01)
-    assert stage.arm.parts.core.state is State.MOVING
-    bound = stage.arm.parts.core.stop_bound()
-    assert bound.time_s <= at_rest.time_s
-    assert bound.silent_time_s <= at_rest.silent_time_s
-    assert bound.distance_mm <= at_rest.distance_mm
-    assert bound.silent_distance_mm <= at_rest.silent_distance_mm
-
-
-@pytest.mark.parametrize("dialect", DIALECTS)
-def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
-    stage = stage_of(dialect, Begin.PLANNED)
-    before = stage.arm.parts.core.stop_bound()
+    stops, motion = stage.arm.parts.core.stops, stage.arm.config.motion
+    present = stage.arm.parts.core.stop_bound
+    before = present()
     stage.arm.move_j(base_deg=3.0, speed=0.3, wait=False)
     stage.arm.sleep(0.1)
-    assert stage.arm.parts.core.stop_bound().distance_mm < before.distance_mm
+    assert present().distance_mm < before.distance_mm
     stage.arm.stop()
-    after = stage.arm.parts.core.stop_bound()
-    assert after.time_s == before.time_s
-    assert after.distance_mm == pytest.approx(before.distance_mm, rel=0.01)
+    assert present().time_s == before.time_s
+    assert present().distance_mm == pytest.approx(before.distance_mm, rel=0.01)
+    stops.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
+    at_rest = present()
+    begin(stage, Begin.PLANNED, 1.0, 1.0)
+    stage.arm.sleep(0.05)
+    assert stage.arm.parts.core.state is State.MOVING
+    for figure in ("time_s", "silent_time_s", "distance_mm", "silent_distance_mm"):
+        assert getattr(present(), figure) <= getattr(at_rest, figure)
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)

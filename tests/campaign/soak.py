@@ -11,7 +11,6 @@ not, or if memory keeps growing.
 
 import argparse
 import gc
-import importlib
 import random
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -37,10 +36,9 @@ LEFT_OUT = ("disable", "estop", "home", "hold and vanish")
 """Actions after which a person has to reference the arm, or the program is gone."""
 LOOKS = 20
 """The least number of figures. A run of fewer hours takes them more often than every hour."""
-OBJECTS, PROCESS_KB = 400.0, 2048.0
-"""How much the live objects, and the memory of the process, may grow from the second third of a run
-to the last. Caches that fill late, and a flight recorder, differ by less; Python takes memory from
-the system by the MB."""
+OBJECTS = 400.0
+"""How much the live objects may grow from the second third of a run to the last. Caches that fill
+late, and a flight recorder, differ by less."""
 
 
 def growth(figures: Sequence[float]) -> float:
@@ -52,16 +50,6 @@ def growth(figures: Sequence[float]) -> float:
     return median(figures[-third:]) - median(figures[third:-third]) if third else 0.0
 
 
-def process_kb() -> float:
-    """Return the most memory that the process ever had, in kB; 0 if the system does not tell."""
-    try:
-        resource = importlib.import_module("resource")
-    except ImportError:  # Windows
-        return 0.0
-    most = float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-    return most / 1024.0 if sys.platform == "darwin" else most
-
-
 @dataclass(frozen=True, slots=True)
 class Figures:
     """The figures of one look."""
@@ -69,27 +57,19 @@ class Figures:
     hours: float
     calls: int
     objects: int
-    process_kb: float
     drift_steps: int
 
     def __str__(self) -> str:
         return (
             f"{self.hours:6.2f} h  {self.calls:7d} calls  {self.objects} objects  "
-            f"process {self.process_kb / 1024:.1f} MB  drift {self.drift_steps} steps"
+            f"drift {self.drift_steps} steps"
         )
 
 
 def wrong_with(found: Sequence[Figures]) -> list[str]:
     """Return what is wrong with the figures of one arm."""
-    grown = {
-        "live objects": (growth([each.objects for each in found]), OBJECTS),
-        "kB of the process": (growth([each.process_kb for each in found]), PROCESS_KB),
-    }
-    wrong = [
-        f"{more:.0f} more {what} in a third of the run"
-        for what, (more, allowed) in grown.items()
-        if more > allowed
-    ]
+    more = growth([each.objects for each in found])
+    wrong = [f"{more:.0f} more live objects in a third of the run"] if more > OBJECTS else []
     return [*wrong, "it drifted"] if any(each.drift_steps for each in found) else wrong
 
 
@@ -126,7 +106,7 @@ def work(dialect: str, hours: float, *, lasting: bool = False) -> Iterator[Figur
             _reference(stage)
         gc.collect()
         hours_s = stage.now_s - start_s
-        yield Figures(hours_s / HOUR_S, calls, len(gc.get_objects()), process_kb(), drift)
+        yield Figures(hours_s / HOUR_S, calls, len(gc.get_objects()), drift)
 
 
 def _one(stage: Stage, draw: random.Random, name: str) -> None:

@@ -20,7 +20,7 @@ from .bench import Bench
 from .faults import EXPECTED_ERRORS, MOVING, STANDING
 from .memory_bench import VARIANTS, MemoryBench, ThoroughMemoryBench, Variant
 from .observation import Broken
-from .real_time_bench import PortBench, PtyBench
+from .real_time_bench import PtyBench
 from .running import BEHAVIOURS, BENCHES, RowResult, Verdict
 from .table import page
 
@@ -197,20 +197,6 @@ def attempt(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Behavi
                 words.append(f"{dialect}: {behaviour.name}: {error}")
                 broken.append(behaviour)
     return words, broken
-
-
-@pytest.fixture(scope="session")
-def one_home(tmp_path_factory):
-    """Return a home folder for all rows, so that each restores the position of the last one."""
-    return tmp_path_factory.mktemp("arm")
-
-
-@pytest.mark.hardware
-@pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.name)
-def test_on_a_real_arm(behaviour, arm_port, arm_dialect, one_home, monkeypatch):
-    monkeypatch.setenv("ARMDRIVE_HOME", str(one_home))
-    with PortBench(arm_dialect, arm_port) as bench:
-        run(behaviour, bench)
 
 
 # -- The page --------------------------------------------------------------------------------------

@@ -19,7 +19,6 @@ _ROW = {"repeat 2 as row": "repeat 1 as row"}
 _ONE = {**_ROW, "repeat 2 as column": "repeat 1 as column"}
 _ONLY_TEACHMOVER = dict.fromkeys(set(DIALECTS) - {"teachmover"})
 """Every day, other dialects show the same with `stacking.arm` or `circle.py`."""
-_SMALL = {"SPEED = 0.5": "SPEED = 1.0", "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
 
 _ROWS = {
     "A": (230.0, -30.0, 0.0),
@@ -45,7 +44,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     ),
     Example(
         "circle.py", Form(35.0), worlds.circle,
-        shorter={"robko01": Form(15.0, _SMALL), "grbl": None, "mks": None, "cia402": None},
+        shorter={"robko01": None, "grbl": None, "mks": None, "cia402": None},
     ),
     Example(
         "lettering.py", Form("ARM"), worlds.letters, shorter=_ONLY_TEACHMOVER,

@@ -29,7 +29,6 @@ ROWS = {
         "pause, planned": ("pause, upwards",),
     },
     "grbl": {
-        "stop, planned": ("stop, planned0", "stop, planned1"),
         "killed host, planned": ("killed host, planned0", "killed host, planned1"),
     },
 }

@@ -141,14 +141,6 @@ def test_a_bound_holds_in_time_and_in_place_as_far_as_nothing_is_excused(
     assert found == set(broken)
 
 
-def test_a_sag_is_no_motion():
-    stage = at_rest("teachmover")
-    stage.world.energised = True
-    stage.world.cut_current(3.0)
-    assert stage.watch.excuse is Excuse.PATH
-    assert not stage.watch.broken
-
-
 @pytest.mark.parametrize(("at_s", "unasked"), [(90.0, False), (101.0, True)])
 def test_what_an_earlier_command_has_sent_may_outlast_a_later_one(at_s, unasked):
     """A board homed on without its wire, after a jog that moved nothing."""

@@ -12,14 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sim_bench import RobkoBench, SilentDevice, TeachMoverBench, axes
 
-from armdrive.arm import Arm
-from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.registry import DIALECTS, simulate, simulated_kind
 from armdrive.sim.device import SimDevice, chosen, parse_settings
 from armdrive.sim.wire import DeviceLine, PacedWire, WireDevice
-from armdrive.status import Trust
 from armdrive.text.toml import setting
 from firmware_protocol.robko01 import MoveAbsolute
 from firmware_protocol.teachmover import Step
@@ -49,15 +46,6 @@ def lived(dialect, **settings):
 
 HEARD = {"dropped": 0}
 """What a board has counted of the wire is not saved."""
-
-
-def test_the_operator_jogs_to_the_reference_at_full_speed():
-    twin = simulate(simulated_config("grbl"))
-    arm = Arm(connect_simulated(simulated_config("grbl"), twin=twin))
-    began_s = arm.status.time_s
-    arm.home()
-    assert arm.status.time_s - began_s < 10.0  # a quarter of the speed takes 25 s
-    assert arm.status.trust is Trust.REFERENCED
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)
@@ -113,6 +101,7 @@ def test_without_power_every_arm_sags_says_nothing_and_forgets_where_it_was(dial
 
 
 SAVED = [
+    ("grbl", ("dialect",), "mks"),
     ("grbl", ("axes",), "XYZ"),
     ("grbl", ("state",), "Run"),
     ("grbl", ("settings",), {}),

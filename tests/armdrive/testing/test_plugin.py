@@ -23,31 +23,11 @@ def down(x_mm, y_mm, z_mm):
     return Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm, pitch_deg=-90)
 
 
-def carry(arm, start, end):
-    """What a person's program does."""
-    arm.gripper.open()
-    for (x_mm, y_mm), act in ((start, arm.gripper.grasp), (end, arm.gripper.open)):
-        arm.move_to(down(x_mm, y_mm, 90))
-        arm.move_l(down(x_mm, y_mm, 15))
-        act()
-        arm.move_l(down(x_mm, y_mm, 90))
-
-
 @pytest.fixture
 def world(monkeypatch):
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     with ArmWorld() as world:
         yield world
-
-
-def test_a_programs_own_connection_leads_to_the_worlds_arm(world):
-    world.put("A", 250, 0)
-    with Arm.connect("sim:teachmover") as arm:
-        arm.home()
-        carry(arm, (250, 0), (200, 100))
-        assert arm.twin is world.twin
-    assert world.blocks["A"].place == pytest.approx((200, 100, 0), abs=1.5)
-    assert world.incidents == ()
 
 
 @pytest.mark.parametrize(

@@ -16,10 +16,10 @@ from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.device import SaysEmergencies
 from armdrive.sim.faults import FAULTS
 from armdrive.sim.serving import make_server
-from firmware_protocol import canopen, mks
+from firmware_protocol import mks
 from firmware_protocol.frames import Frame
 
-TURN, NODE = 0x4000, 3
+TURN = 0x4000
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
@@ -47,17 +47,6 @@ def hear(bus: can.BusABC, timeout_s: float = LONG_S) -> Frame | None:
 def answer(bus: can.BusABC):
     """Return what an MKS drive says next."""
     return mks.decode_answer(hear(bus))
-
-
-def upload(bus: can.BusABC, place: canopen.Place) -> bytes:
-    client = canopen.SdoClient(NODE)
-    request = client.upload(place)
-    while request is not None:
-        say(bus, request)
-        request = client.receive_frame(hear(bus))
-    ended = client.next_event()
-    assert isinstance(ended, canopen.Uploaded)
-    return ended.data
 
 
 @pytest.fixture
@@ -127,25 +116,6 @@ def test_both_adapters_of_a_bus_are_pulled_and_put_back(tmp_path):
     server.open()
     assert all(path.is_symlink() for path in paths)
     server.close()
-
-
-@needs_pty
-def test_python_can_asks_a_drive_and_the_console_steers_it(tmp_path):
-    served = ServedDrives("cia402", tmp_path / "can0")
-    try:
-        with served.open() as bus:
-            told = upload(bus, canopen.DEVICE_TYPE)
-            assert canopen.DataType.U32.unpack(told) == 0x0004_0192
-            assert upload(bus, canopen.Place(0x1008)) == b"Simulated CiA 402 servo drive"
-            served.tell(f"fault drive-fault {NODE} 4310")
-            emergency = canopen.Emergency.read(hear(bus))
-            assert (emergency.node, emergency.words) == (NODE, "drive too hot")
-        drive = json.loads(served.tell("state --json"))["drives"][NODE - 1]
-        assert (drive["id"], drive["nmt"], drive["state"]) == (NODE, "pre_operational", "fault")
-        assert drive["error_code"] == "4310"
-        assert served.tell("plug 2") == "on the bus: shoulder"
-    finally:
-        served.end()
 
 
 @pytest.mark.parametrize(

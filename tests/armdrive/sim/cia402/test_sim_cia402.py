@@ -385,18 +385,6 @@ def test_pdos_are_set_up_while_they_are_off_and_go_once_the_node_is_started():
     assert bench.sync()[1][0].state is DriveState.DISABLED
 
 
-def test_all_drives_begin_at_one_sync():
-    bench = Bench()
-    bench.set_up(*IDS)
-    bench.enable(*IDS)
-    for node in IDS:
-        bench.order(node, ENABLE, CSP, 100)
-    bench.send(canopen.Sync().frame)
-    bench.run(0.015)
-    assert len({node.motor.point.end_s for node in bench.board.nodes}) == 1
-    assert bench.device.registers == (100,) * 6
-
-
 def test_a_master_resets_a_node_or_its_communication():
     bench = Bench()
     bench.write(1, canopen.HEARTBEAT_REACTION, 0)
@@ -458,18 +446,6 @@ def test_a_drive_that_misses_it_reacts_as_it_was_told(reaction, ends):
     assert bench.board.nodes[0].nmt.state is NodeState.PRE_OPERATIONAL
     bench.beat()
     assert emergencies(bench.run()) == ([] if ends is DriveState.FAULT else [0])
-
-
-def test_even_one_that_runs_on_stops():
-    bench = watching(3, hold_after_loss="extrapolate")
-    drive_along(bench, range(50, 501, 50), beating=True)
-    bench.run(0.15)
-    begun = bench.count(1)
-    bench.run(0.1)
-    there = bench.count(1)
-    assert there > begun
-    bench.run(1.0)
-    assert bench.count(1) == there
 
 
 @pytest.mark.parametrize("plugged", [True, False])
