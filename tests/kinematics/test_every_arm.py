@@ -38,7 +38,7 @@ ARMS = {
 }
 every_arm = pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
 laws = settings(max_examples=25, deadline=None)
-few_laws = settings(max_examples=4, deadline=None)
+few_laws = settings(max_examples=3, deadline=None)
 
 
 def drawn(arm, data, margin=0.01):

@@ -85,6 +85,10 @@ def test_three_touched_points_lay_out_the_frame_they_were_taken_from(
 
     found = UserFrame.through(at(0.0, 0.0), at(along, 0.0), at(5.0, across))
     assert gap(found.rotation, wanted.rotation) < 1e-9
+    pose = Pose(10.0, 20.0, 30.0, 0.1, 0.2, 0.3)
+    seen = wanted.to_base(pose)
+    assert math.isclose(math.remainder(seen.yaw_rad - 0.3 - yaw, math.tau), 0.0, abs_tol=1e-9)
+    assert wanted.from_base(seen).position_mm == pytest.approx(pose.position_mm)
 
 
 # Vectors: products, lengths, angles, and what a vector without a direction cannot tell.

@@ -156,7 +156,7 @@ def test_no_answer_is_wrong_and_not_flagged(chain):
     frames = [
         transform(rot_x(tilt), place)
         for tilt in (1.2, math.pi)
-        for place in ((300.0, 0.0, 200.0), (0.0, 0.0, 650.0), (0.0, -150.0, 50.0))
+        for place in ((300.0, 0.0, 200.0), (0.0, 0.0, 650.0))
     ]
     bent = [0.3, 0.5, -0.9, 0.4, 0.0, 0.2][: len(chain)]  # a Puma's wrist is straight
     frames += [chain.fk(chain.clamp(values)) for values in (chain.zero, bent)]

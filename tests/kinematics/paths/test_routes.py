@@ -474,6 +474,13 @@ def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
     assert TEACHMOVER.ik(broken.value.__cause__.nearest, START)
 
 
+def test_the_hand_of_six_joints_turns_the_shorter_way():
+    follower = PUMA.follower(PUMA_START)
+    for sign in (1.0, -1.0):  # two quaternions of one turn
+        near = tuple(sign * part for part in follower.first)
+        assert follower.hand(PUMA.fk(PUMA_START), near) == pytest.approx(near)
+
+
 @settings(max_examples=amount(3, 30))
 @given(st.floats(20.0, 60.0), st.floats(5.0, 40.0))
 def test_six_joints_follow_a_route(wide, radius):
