@@ -26,7 +26,6 @@ from kinematics.frames.transforms import compose, homogeneous, position_of, rota
 from kinematics.frames.vectors import Vector, cross, norm, subtract
 from kinematics.geometry import Branch, Constraint, Hand, Point, Tool, Unreachable
 from kinematics.limits import (
-    LIMIT_TOLERANCE_RAD,
     JointRange,
     LimitViolation,
     few_turns_each,
@@ -352,19 +351,12 @@ def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[floa
     A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
     leads out of it, so that a look from further inside comes second.
     """
-    descent = Descent(chain, goal, limited=False)
-    found = descent.met(start, QUICK)
-    if found is None:
-        inside = [
-            min(max(value, low + INSIDE_RAD), high - INSIDE_RAD)
-            for value, (low, high) in zip(start, chain.limits, strict=True)
-        ]
-        found = descent.met(inside, QUICK) if inside != list(start) else None
-    if found is None:
-        return None
-    bounded = chain.clamp(found)
-    excess = max(abs(a - b) for a, b in zip(bounded, found, strict=True))
-    return bounded if excess <= LIMIT_TOLERANCE_RAD else None  # more than rounding
+    descent = Descent(chain, goal)
+    inside = [
+        min(max(value, low + INSIDE_RAD), high - INSIDE_RAD)
+        for value, (low, high) in zip(start, chain.limits, strict=True)
+    ]
+    return descent.met(start, QUICK) or descent.met(inside, QUICK)
 
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.

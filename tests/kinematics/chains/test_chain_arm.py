@@ -86,11 +86,14 @@ def test_beyond_the_reach_or_a_limit_there_is_nothing(arm):
 
 
 @EITHER
-def test_a_straight_elbow_can_be_left(arm):
-    straight = Joints((0.0, 0.3, 0.0, 0.0, 0.0))
-    found = arm.solve_near(moved(arm.fk(straight), (-0.5, 0.0, 0.0)), straight)
-    assert found is not None
-    assert found[2] < -0.05
+@given(turns=st.tuples(*[st.floats(-0.02, 0.02)] * 5), bend=st.floats(0.003, 0.03))
+def test_a_straight_elbow_at_its_limit_can_be_left(arm, turns, bend):
+    straight = (0.1, 0.3, arm.limits[2].high_rad, 0.2, 0.1)
+    base, shoulder, _, *wrist = (a + b for a, b in zip(straight, turns, strict=True))
+    goal = arm.fk(arm.joints_of((base, shoulder, straight[2] - bend, *wrist)))
+    found = arm.solve_near(goal, arm.joints_of(straight))
+    assert same_pose(arm.fk(found), goal, mm=1e-4, rad=1e-5)
+    assert not arm.violations(found)
 
 
 def test_a_small_step_never_turns_the_wrist_over():
