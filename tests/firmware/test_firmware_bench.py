@@ -20,7 +20,7 @@ from tests.scenarios.happenings import HAPPENINGS
 from . import avr_bench, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X, AvrBoard, Coil
 from .control import commands_of
-from .measuring import Step, StepLog, Stopped, stops
+from .measuring import Stopped, stops
 from .rigs import simulated
 from .run import main
 
@@ -119,11 +119,6 @@ def test_a_stop_beyond_its_bound_is_reported():
     assert "NO: E501 off the path" in report.stop_table([lost])
 
 
-def test_a_computer_that_is_too_slow_is_reported():
-    assert "WARNING" in report.pace_line(0.9)
-    assert "WARNING" not in report.pace_line(0.995)
-
-
 AVR_BOARDS = [board for board in BOARDS.values() if isinstance(board, AvrBoard)]
 
 
@@ -144,17 +139,6 @@ def test_every_fault_of_a_serial_line_is_a_command_of_the_control_port(words):
     commands = list(commands_of(parse_words(words.split()), AXES))
     assert commands
     assert {each.split()[0] for each in commands} <= known
-
-
-def test_a_step_log_is_read_from_a_time_on(tmp_path):
-    path = tmp_path / "steps.csv"
-    path.write_text("cycle,axis,direction,position\n16,X,1,1\n32,Y,-1,-1\n48,X,-1,0\n")
-    assert StepLog(path, 16).since(1.0) == [Step(2.0, "Y", -1), Step(3.0, "X", -1)]
-
-
-def test_the_control_port_is_only_for_this_computer():
-    assert "INADDR_LOOPBACK" in SOURCE
-    assert "INADDR_ANY" not in SOURCE
 
 
 def test_a_board_of_three_axes_is_not_applicable():
@@ -180,11 +164,3 @@ def test_a_missing_tool_or_file_is_reported(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(avr_bench.shutil, "which", lambda _: None)
     assert main(["--robko", str(image)]) == 2
     assert "C compiler" in capsys.readouterr().err
-
-
-def test_every_pin_is_one_that_the_simulator_reads():
-    words = [word for board in AVR_BOARDS for word in board.wiring]
-    keys = "step|dir|limit|enable|strobe|address|coils"
-    pins = [pins for word in words for pins in re.findall(rf"(?:{keys})=([^,]+)", word)]
-    assert pins
-    assert all(re.fullmatch(r"[A-L][0-7](\+[A-L][0-7])*", each) for each in pins)

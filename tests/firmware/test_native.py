@@ -17,7 +17,7 @@ from armdrive.sim.mechanics.motors import SwitchState
 
 from . import native
 from .boards import GRBLHAL
-from .native import AXES, LOGGED, MAGIC, FirmwareBoard, FirmwareRack, board_of, motors_in
+from .native import AXES, LOGGED, MAGIC, FirmwareBoard, board_of, motors_in
 from .run import main
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
@@ -86,16 +86,6 @@ def test_the_current_is_that_of_all_motors(board, tmp_path, monkeypatch):
         motors.enabled = enabled
         board.happen()
         assert board.world.energised is held
-
-
-def test_counts_begin_at_zero_after_a_reset(tmp_path):
-    motors = motors_in(tmp_path)
-    rack = FirmwareRack(motors, (1, 0))
-    motors.axes[0].pulses, motors.axes[1].pulses = 5, -3
-    assert rack.positions(0.0) == (-3, 5)
-    rack.zero()
-    motors.axes[0].pulses += 1
-    assert rack.positions(0.0) == (0, 1)
 
 
 def test_a_program_without_glue_or_that_cannot_run_is_told_of(board, monkeypatch, tmp_path, capsys):

@@ -89,11 +89,6 @@ def test_numbers_are_read_as_grbl_reads_them(text, value):
     assert take_number(text, 0) == (value, len(text))
 
 
-@every_row("text", ["", "-", ".", "X", "--1", "e5"])
-def test_what_is_no_number(text):
-    assert take_number(text, 0) is None
-
-
 # -- Answers ---------------------------------------------------------------------------------------
 
 LINES = [
@@ -469,18 +464,6 @@ def test_each_line_is_answered_once():
     assert device.send(grbl.Error(20)) == b"error:20\r\n"
     with pytest.raises(LocalProtocolError):
         device.send(grbl.Error(20))
-
-
-def test_after_a_banner_nothing_is_owed_and_discarded_bytes_are_gone():
-    device = grbl.Device(SIX_AXES)
-    device.receive_data(b"G0\nG1\nG")
-    device.next_event()
-    device.discard()
-    assert (device.unanswered, events(device)) == (0, [])
-    device.receive_data(b"$X\n")
-    assert device.next_event() == grbl.LineReceived("$X", grbl.SystemCommand.UNLOCK)
-    assert device.send(grbl.Banner()) == b"\r\nGrbl 1.1h ['$' for help]\r\n"
-    assert device.unanswered == 0
 
 
 @given(st.lists(st.tuples(COMMANDS, st.booleans()), max_size=6), st.data())

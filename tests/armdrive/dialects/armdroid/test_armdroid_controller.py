@@ -246,7 +246,7 @@ BYTES = [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
     [
         (fault, *each)
         for first, fault in enumerate(["drop", "corrupt", "duplicate"])
-        for each in BYTES[first % amount(2, 1) :: amount(2, 1)]
+        for each in BYTES[first % amount(3, 1) :: amount(3, 1)]
     ],
 )
 def test_no_byte_that_goes_wrong_makes_a_motion_of_another_size_or_a_deaf_board(fault, side, byte):

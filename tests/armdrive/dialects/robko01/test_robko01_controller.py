@@ -11,9 +11,7 @@ from hypothesis import strategies as st
 from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
 
 from armdrive import Jog
-from armdrive.dialects.exchange import ScriptIO
 from armdrive.dialects.robko01.controller import RobkoController
-from armdrive.dialects.robko01.exchange import MotorPower
 from armdrive.dialects.robko01.settings import (
     BOARDS,
     SLACK_S,
@@ -223,18 +221,6 @@ class TestArm:
         assert moved.deviation_mm > 0.0
         assert arm.twin.link.count(Op.MOVE_SPEED) == 0
 
-    @pytest.mark.parametrize(
-        ("fraction", "board"), [(0.5, "avr"), (0.3, "esp32"), (0.2, "avr"), (0.5, "esp32")]
-    )
-    def test_a_planned_motion_is_no_faster_than_was_asked_for(self, fraction, board):
-        device = {"board": board, "acceleration_steps_s2": 700.0}
-        config = robko_config(device=device)
-        arm = ready_robko(config, board=board, acceleration=700.0)
-        began_s, before = arm.status.time_s, arm.twin.world.motors
-        arm.move_j(base_deg=10, speed=fraction)
-        rate_hz = (arm.twin.world.motors - before).largest / (arm.status.time_s - began_s)
-        assert 0.7 <= rate_hz / (config.device.known.max_rate_hz * fraction) <= 1.0
-
     def test_a_reset_at_zero_is_detected_by_the_boards_refusal(self):
         arm = ready_robko()
         arm.twin.board.reset()
@@ -305,21 +291,6 @@ WATCHDOG = {"board": "esp32", "watchdog_s": 1.0, "acceleration": 700.0}
 
 
 class TestWatchdog:
-    def test_it_is_fed_three_times_in_its_time_and_has_run_out_after_it(self):
-        io = ScriptIO(lambda heard: None)
-        power = MotorPower(io, watchdog_s=3.0)
-        assert power.due_s == math.inf  # nothing is fed before the motors are on
-        power.on, io.now_s = True, 10.0
-        power.fed()
-        assert power.due_s == 11.0
-        power.feeding(11.0)
-        assert power.due_s == 12.0  # fed again before the first one is answered
-        io.now_s = 13.0
-        assert not power.starved
-        io.now_s = 13.01
-        assert power.starved
-        assert power.due_s == math.inf
-
     def test_it_is_kept_fed_while_the_program_lives_even_in_error_stop(self):
         arm = ready_robko(WATCHED, **WATCHDOG)
         arm.sleep(10.0)

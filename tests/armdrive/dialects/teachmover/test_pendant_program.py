@@ -24,7 +24,6 @@ from armdrive.errors import (
     ProgramHalfWritten,
     Refused,
     Stopped,
-    WrongState,
 )
 from armdrive.programs.teaching.rows import program_of
 from armdrive.registry import DIALECTS
@@ -148,13 +147,6 @@ def test_a_stop_ends_writing_between_two_rows(arm):
     with pytest.raises(Stopped, match="only 2 of 4 rows"):
         arm.controller.write_program(program(1, 2, 3, 4))
     assert list(memory(arm)) == [1, 2]
-
-
-def test_nothing_is_asked_of_an_arm_in_error_stop():
-    with ready_arm() as arm:
-        arm.estop()
-        with pytest.raises(WrongState):
-            arm.controller.read_program()
 
 
 def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():

@@ -1,6 +1,5 @@
 """A simulated GRBL board behaves as the firmware was observed to, and turns the arm's motors."""
 
-import contextlib
 import itertools
 import math
 from dataclasses import replace
@@ -16,19 +15,16 @@ from grbl_bench import (
     config_of,
     homing_bench,
     stands_at,
-    stream,
     with_switches_ahead,
 )
-from hypothesis import given
-from hypothesis import strategies as st
 
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import ArmError, ArmFileError, BadRequest
+from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.mechanics.motors import LimitSwitch, SwitchState
 from firmware_protocol.grbl import State, keys
-from kinematics import JOINT_NAMES, Joints, KinematicsError
+from kinematics import JOINT_NAMES, Joints
 
 HOLD, RESUME, RESET, CANCEL = "!", "~", "\x18", "\x85"
 LIMITED = {**MACHINE, 21: 1}
@@ -208,26 +204,6 @@ def test_a_move_takes_the_time_of_its_trapezoid_and_its_state_is_run():
     assert bench.device.world.motors[0] == 500
 
 
-def test_the_rate_of_short_segments_is_the_measured_one():
-    """317 a second by counting characters on a 328p, at 500 units/s^2: it waits for the motion."""
-    lines = [f"G90G1X{0.1 * (n + 1):.3g}F6000" for n in range(150)]
-    counting = len(lines) / stream(Bench(firmware="grbl"), lines)
-    assert counting == pytest.approx(317, rel=0.1)
-    assert len(lines) / stream(Bench(firmware="grbl"), lines, one_by_one=True) < counting
-
-
-@pytest.mark.parametrize(("units", "lasts_s"), [(0.1, 0.737), (1.0, 0.537)])
-def test_segments_that_are_shorter_than_the_planning_starve_the_motion(units, lasts_s):
-    """Seen on a 328p."""
-    bench = Bench(firmware="grbl")
-    began_s = bench.now_s
-    ends = (units * (n + 1) for n in range(round(20 / units)))
-    stream(bench, [f"G90G1X{end:.3g}F3000" for end in ends])
-    bench.finish()
-    assert bench.x == pytest.approx(20.0)
-    assert bench.now_s - began_s == pytest.approx(lasts_s, rel=0.05)
-
-
 def test_with_the_planner_full_a_line_waits_for_its_ok():
     bench = Bench(firmware="grbl")
     bench.put("".join(f"G1X{n}F60\n" for n in range(1, 18)))
@@ -362,20 +338,6 @@ def test_a_cancel_ends_only_what_the_planner_holds():
         cleared.finish()
         assert cleared.x <= 4.0
         assert cleared.heard.count("ok") < 5
-
-
-def test_with_one_line_outstanding_the_overrun_is_the_ramp_and_that_line():
-    """25 ms a line at 50 units a second, seen on a 328p: 5.5 to 5.7 units behind 20.7."""
-    bench = Bench(firmware="grbl")
-    for _ in range(20):
-        bench.put("$J=G91X1.25F3000\n")
-        bench.wait(0.025)
-    at = bench.x
-    bench.put("$J=G91X1.25F3000\n")
-    bench.put(CANCEL)
-    bench.finish()
-    assert at == pytest.approx(20.7, abs=0.3)
-    assert bench.x - at == pytest.approx(5.6, abs=0.3)
 
 
 # -- Alarms, resets, switches ----------------------------------------------------------------------
@@ -800,37 +762,3 @@ def board(**table):
 def test_an_arm_for_which_no_board_can_be_set_up_is_refused_by_the_keys(table, named):
     with pytest.raises(ArmFileError, match=named):
         board(**table)
-
-
-LISTS = st.lists(st.floats(0.1, 1e6), max_size=7)
-SECTIONS = st.fixed_dictionaries(
-    {},
-    optional={
-        "grbl": st.fixed_dictionaries(
-            {},
-            optional={
-                "rates": LISTS,
-                "accelerations": LISTS,
-                "travel": LISTS,
-                "axes": st.permutations("XYZABC").map("".join),
-                "unit": st.sampled_from(["steps", "degrees"]),
-                "outputs": st.lists(st.sampled_from(["flood", "mist", "P0", "P99"]), max_size=3),
-                "gripper_output": st.integers(0, 7),
-            },
-        ),
-        "gripper": st.fixed_dictionaries({"kind": st.sampled_from(["servo", "output", "none"])}),
-        "speeds_deg_s": st.dictionaries(st.sampled_from(JOINT_NAMES), st.floats(0.01, 3600.0)),
-        "steps_per_turn": st.dictionaries(
-            st.sampled_from(JOINT_NAMES[:3]), st.floats(0.1, 1e7), max_size=2
-        ),
-        "limits_deg": st.dictionaries(
-            st.sampled_from(JOINT_NAMES), st.tuples(st.floats(-HUGE, 0), st.floats(1, HUGE))
-        ).map(lambda limits: {joint: list(ends) for joint, ends in limits.items()}),
-    },
-)
-
-
-@given(SECTIONS)
-def test_any_arm_file_gives_a_board_or_a_sentence(table):
-    with contextlib.suppress(ArmError, KinematicsError):
-        board(**table).to_json()

@@ -1,7 +1,5 @@
 """The simulated TeachMover, spoken to by the host's end of its dialect over a paced line."""
 
-import math
-
 import pytest
 from amounts import every_row
 from sim_bench import BYTE_S, TeachMoverBench, grasp, spread
@@ -183,11 +181,3 @@ class TestPower:
         assert registers(bench) == (0,) * 6
         assert not bench.device.world.energised
         assert bench.ask(QDump()).rows == ()
-
-
-def test_a_link_names_itself_and_wakes_its_waiter(bench):
-    assert bench.link.description == "simulated arm at 9600 baud"
-    bench.link.wake()
-    bench.link.wait(60.0)
-    bench.link.close()
-    assert math.isinf(bench.link.next_s())
