@@ -9,7 +9,7 @@ There is also a device's end if the firmware's reader is a machine of its own, a
 the Armdroid and of GRBL are; else a simulated device decodes messages itself. They share
 
     errors   which side made a mistake
-    events   input that is unreadable or answers nothing, and a limited queue
+    events   input that is unreadable or answers nothing
     fields   the rules of a message's fields
     lines    splitting bytes into lines, and which line may answer a command
     frames   CAN frames as bytes

@@ -108,7 +108,6 @@ from firmware_protocol.canopen.pdo import Mapping as Mapping
 from firmware_protocol.canopen.pdo import Write as Write
 from firmware_protocol.canopen.pdo import first_pdo as first_pdo
 from firmware_protocol.canopen.pdo import switched_off as switched_off
-from firmware_protocol.canopen.sdo import EVENTS_MAX as EVENTS_MAX
 from firmware_protocol.canopen.sdo import Abort as Abort
 from firmware_protocol.canopen.sdo import AbortCode as AbortCode
 from firmware_protocol.canopen.sdo import Aborted as Aborted
@@ -137,5 +136,4 @@ from firmware_protocol.canopen.services import Sync as Sync
 from firmware_protocol.canopen.services import cob_id as cob_id
 from firmware_protocol.canopen.services import error_words as error_words
 from firmware_protocol.canopen.services import service_of as service_of
-from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import UnreadableFrame as UnreadableFrame

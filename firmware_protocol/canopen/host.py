@@ -6,6 +6,7 @@ and transmits statusword, mode and position. No frame on the bus raises.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from typing import TypeAlias
 
@@ -31,7 +32,7 @@ from firmware_protocol.canopen.services import (
     service_of,
 )
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.events import UnreadableFrame
 from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -57,10 +58,8 @@ class SdoAnswered:
     event: SdoEvent
 
 
-HostEvent: TypeAlias = DriveReport | SdoAnswered | Emergency | Heartbeat | UnreadableFrame | Overrun
+HostEvent: TypeAlias = DriveReport | SdoAnswered | Emergency | Heartbeat | UnreadableFrame
 
-# So many events wait to be fetched: more than a second of a full bus.
-EVENTS_MAX = 2048
 FOREIGN = "no drive of this arm sends it"
 
 
@@ -78,7 +77,7 @@ class Host:
     def __init__(self, nodes: Iterable[int]) -> None:
         self._clients = {node: SdoClient(node) for node in nodes}
         self._unpacker = Unpacker()
-        self._events: EventQueue[HostEvent] = EventQueue(EVENTS_MAX)
+        self._events: deque[HostEvent] = deque()
         self._owed = bytearray()
 
     # -- sending ------------------------------------------------------------------------------
@@ -106,7 +105,11 @@ class Host:
         Its events that were not fetched are dropped, or they would pass for the answer to the next
         transfer.
         """
-        self._events.discard(lambda event: isinstance(event, SdoAnswered) and event.node == node)
+        self._events = deque(
+            event
+            for event in self._events
+            if not (isinstance(event, SdoAnswered) and event.node == node)
+        )
         frame = self._clients[node].abandon(AbortCode.TIMED_OUT)
         return b"" if frame is None else pack(frame)
 
@@ -130,39 +133,39 @@ class Host:
 
     def next_event(self) -> HostEvent | None:
         """Return the next event, or None."""
-        return self._events.next()
+        return self._events.popleft() if self._events else None
 
     def _receive(self, frame: Frame) -> None:
         found = None if frame.extended or frame.remote else service_of(frame.can_id)
         if found is None:
-            self._events.put(UnreadableFrame(frame, FOREIGN))
+            self._events.append(UnreadableFrame(frame, FOREIGN))
             return
         service, node = found
         try:
             self._take(frame, service, node)
         except RemoteProtocolError as error:
-            self._events.put(UnreadableFrame(frame, str(error)))
+            self._events.append(UnreadableFrame(frame, str(error)))
 
     def _take(self, frame: Frame, service: Service, node: int) -> None:
         client = self._clients.get(node)
         if service is Service.HEARTBEAT:
-            self._events.put(Heartbeat.read(frame))
+            self._events.append(Heartbeat.read(frame))
         elif client is None:
-            self._events.put(UnreadableFrame(frame, FOREIGN))
+            self._events.append(UnreadableFrame(frame, FOREIGN))
         elif service is Service.TPDO1:
             word, mode, position = REPORT_PDO.unpack(frame.data)
             report = DriveReport(node, Statusword(int(word)), int(mode), int(position))
-            self._events.put(report)
+            self._events.append(report)
         elif service is Service.EMCY:
-            self._events.put(Emergency.read(frame))
+            self._events.append(Emergency.read(frame))
         elif service is Service.SDO_RESPONSE:
             self._answer(client, frame, node)
         else:
-            self._events.put(UnreadableFrame(frame, FOREIGN))
+            self._events.append(UnreadableFrame(frame, FOREIGN))
 
     def _answer(self, client: SdoClient, frame: Frame, node: int) -> None:
         reply = client.receive_frame(frame)
         if reply is not None:
             self._owed += pack(reply)
         while (event := client.next_event()) is not None:
-            self._events.put(SdoAnswered(node, event))
+            self._events.append(SdoAnswered(node, event))

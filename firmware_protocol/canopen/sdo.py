@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
@@ -10,12 +11,9 @@ from typing import Self, TypeAlias
 from firmware_protocol.canopen.objects import Place
 from firmware_protocol.canopen.services import Service, cob_id, is_for
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.events import UnreadableFrame
 from firmware_protocol.fields import message, some_bytes, whole_from
 from firmware_protocol.frames import Frame
-
-# Most queued events of a client or a server; the newest are kept.
-EVENTS_MAX = 64
 
 
 class AbortCode(IntEnum):
@@ -333,7 +331,7 @@ class StrayResponse:
     response: Response
 
 
-SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | UnreadableFrame | Overrun
+SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | UnreadableFrame
 
 
 @dataclass(slots=True)
@@ -365,7 +363,7 @@ class SdoClient:
         self._request_id = cob_id(Service.SDO_REQUEST, node)
         self._response_id = cob_id(Service.SDO_RESPONSE, node)
         self._current: _Transfer | None = None
-        self._events: EventQueue[SdoEvent] = EventQueue(EVENTS_MAX)
+        self._events: deque[SdoEvent] = deque()
 
     @property
     def busy(self) -> Place | None:
@@ -402,14 +400,14 @@ class SdoClient:
         try:
             response = decode_response(frame.data)
         except RemoteProtocolError as error:
-            self._events.put(UnreadableFrame(frame, str(error)))
+            self._events.append(UnreadableFrame(frame, str(error)))
             return None
         request = self._hear(response)
         return None if request is None else self._frame(request)
 
     def next_event(self) -> SdoEvent | None:
         """Return the next event, or None."""
-        return self._events.next()
+        return self._events.popleft() if self._events else None
 
     def _must_be_free(self) -> None:
         if self._current is not None:
@@ -431,7 +429,7 @@ class SdoClient:
                     return self._take(current, current.data, response)
             case DownloadStarted(place) if current and not current.reads and place == current.place:
                 return self._end(Downloaded(place))
-        self._events.put(StrayResponse(response))
+        self._events.append(StrayResponse(response))
         return None
 
     def _begin(self, current: _Transfer, content: Content) -> Request | None:
@@ -462,7 +460,7 @@ class SdoClient:
 
     def _end(self, event: SdoEvent) -> Request | None:
         self._current = None
-        self._events.put(event)
+        self._events.append(event)
         return None  # the transfer is over
 
 

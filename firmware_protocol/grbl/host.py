@@ -91,11 +91,7 @@ _IN_WORDS = "the firmware answered in words"
 
 
 class Host(LineHost[Event]):
-    """The host's end. Raises `LocalProtocolError` for mistakes of its owner.
-
-    At most 256 lines of up to 512 bytes wait to be fetched. Further lines are lost, which an
-    `Unreadable` reports.
-    """
+    """The host's end. Raises `LocalProtocolError` for mistakes of its owner."""
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self.dialect = dialect

@@ -9,7 +9,6 @@ Which file decides what:
     device     a drive's end
 """
 
-from firmware_protocol.events import Overrun as Overrun
 from firmware_protocol.events import UnreadableFrame as UnreadableFrame
 from firmware_protocol.mks.answers import BOARDS as BOARDS
 from firmware_protocol.mks.answers import AngleErrorRead as AngleErrorRead
@@ -30,7 +29,6 @@ from firmware_protocol.mks.answers import decode_request as decode_request
 from firmware_protocol.mks.answers import encode as encode
 from firmware_protocol.mks.device import Asked as Asked
 from firmware_protocol.mks.device import Device as Device
-from firmware_protocol.mks.host import EVENTS_MAX as EVENTS_MAX
 from firmware_protocol.mks.host import Answered as Answered
 from firmware_protocol.mks.host import Event as Event
 from firmware_protocol.mks.host import Foreign as Foreign

@@ -13,11 +13,12 @@ asks for the state and the position.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterable
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError, whole
-from firmware_protocol.events import EventQueue, Overrun, UnreadableFrame
+from firmware_protocol.events import UnreadableFrame
 from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks.answers import Answer, decode_answer, encode
@@ -45,10 +46,7 @@ class Foreign:
     frame: Frame
 
 
-Event: TypeAlias = Answered | UnreadableFrame | Foreign | Overrun
-
-# Most events that wait to be fetched; the newest are kept.
-EVENTS_MAX = 256
+Event: TypeAlias = Answered | UnreadableFrame | Foreign
 
 
 class Host:
@@ -63,7 +61,7 @@ class Host:
     def __init__(self, nodes: Iterable[int]) -> None:
         self._open: dict[int, dict[int, Request]] = {}
         self._unpacker = Unpacker()
-        self._events: EventQueue[Event] = EventQueue(EVENTS_MAX)
+        self._events: deque[Event] = deque()
         for node in nodes:
             self.add(node)
 
@@ -91,16 +89,16 @@ class Host:
     def receive_data(self, data: bytes) -> None:
         """Take bytes from the bus, in any portions."""
         for frame in self._unpacker.feed(data):
-            self._events.put(self._hear(frame))
+            self._events.append(self._hear(frame))
 
     def silence(self) -> None:
         """Say that nothing has come for longer than a record pauses."""
         for frame in self._unpacker.silence():
-            self._events.put(self._hear(frame))
+            self._events.append(self._hear(frame))
 
     def next_event(self) -> Event | None:
         """Return what was received so far, one event at a time, then None."""
-        return self._events.next()
+        return self._events.popleft() if self._events else None
 
     def forget(self, node: int) -> None:
         """Close a drive's open requests: what it answers from now on belongs to none of them."""

@@ -1,7 +1,6 @@
 """A simulated GRBL board on a simulated wire: send lines, let time pass, read the replies."""
 
 import math
-from collections import deque
 from dataclasses import replace
 from functools import partial
 
@@ -106,26 +105,6 @@ class Bench:
             self.wait(0.0)
             assert self.now_s < 1e4
         return self.heard
-
-
-def stream(bench, lines, *, one_by_one=False):
-    """Send lines, each as soon as the ring has room for it or, one by one, the one before its ok.
-
-    Return how long that took, in s.
-    """
-    began_s, waiting, unanswered = bench.now_s, list(lines)[::-1], deque()
-    most = 0 if one_by_one else bench.board.firmware.ring_bytes - 1
-    while waiting or unanswered:
-        while waiting and (not unanswered or len("".join(unanswered) + waiting[-1]) < most):
-            unanswered.append(waiting.pop() + "\n")
-            bench.put(unanswered[-1])
-        bench.now_s = max(bench.now_s, bench.link.next_s())
-        assert not math.isinf(bench.now_s), "no answer comes any more"
-        for said in bench.wait(0.0):
-            if not said.startswith("[MSG"):
-                assert said == "ok"
-                unanswered.popleft()
-    return bench.now_s - began_s
 
 
 def stands_at(bench, motor):

@@ -108,7 +108,7 @@ def _host_saw_one(host: mks.Host) -> bool:
     return found
 
 
-HOST = FuzzCase("mks host", lambda: mks.Host(DRIVES), ANSWER_RECORDS, _host_saw_one, limited=True)
+HOST = FuzzCase("mks host", lambda: mks.Host(DRIVES), ANSWER_RECORDS, _host_saw_one)
 
 
 # -- What the tests of the host of six drives say and hear -----------------------------------------

@@ -28,8 +28,7 @@ class FuzzCase:
 
     `frames` draws the bytes of one valid frame as the peer would send it; `sign_of_good` fetches
     every waiting event and tells whether one of them was a valid frame. After bad bytes, one of
-    `most_good` good frames is heard, where a codec promises so much. `limited` says that it keeps
-    a limited number of events that nobody fetches.
+    `most_good` good frames is heard, where a codec promises so much.
     """
 
     name: str
@@ -37,7 +36,6 @@ class FuzzCase:
     frames: st.SearchStrategy[bytes]
     sign_of_good: Callable[[Any], bool]
     most_good: float = math.inf
-    limited: bool = False
 
     def good(self, rng: random.Random) -> bytes:
         """Return one of the frames that the peer may send."""

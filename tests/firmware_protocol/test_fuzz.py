@@ -24,8 +24,6 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import fuzz_codecs
 
 CASES = registered()
-MOST_EVENTS = 8192
-"""More than a machine can hold, in characters of the one whose events are characters."""
 
 
 class Echo:
@@ -74,17 +72,6 @@ def test_a_codec_survives_damaged_frames(case):
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_takes_no_more_memory_with_time(case):
     grown_bytes(case, seed=7, frames=amount(50, 1000))
-
-
-@pytest.mark.parametrize(
-    "case", [case for case in CASES if case.limited], ids=lambda case: case.name
-)
-def test_a_flood_that_nobody_fetches_stays_bounded(case):
-    rng = random.Random(7)
-    machine = case.make()
-    for _ in range(200):
-        machine.receive_data(b"".join(case.good(rng) for _ in range(20)) + rng.randbytes(1024))
-    assert 0 < len(fetched(case, machine)) <= MOST_EVENTS
 
 
 def fetched(case: FuzzCase, machine) -> list:

@@ -23,7 +23,6 @@ from firmware_protocol import canopen
 from firmware_protocol.canopen import Controlword, HostEvent, OperationMode, Place
 from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
-from kinematics.text import counted
 
 # The path stands still while a drive has missed this many SYNCs: it may not get its targets either.
 LOST_CYCLES = 4
@@ -118,8 +117,6 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         match event:
             case canopen.UnreadableFrame(frame, reason):
                 self.warn(f"frame {frame}: {reason}")
-            case canopen.Overrun(count):
-                self.warn(f"lost {counted(count, 'frame')}, not read in time")
             case canopen.Heartbeat(self.settings.master_id):
                 self.rival_s = self.now_s
             case _ if (drive := self.by_node.get(event.node)) is not None:

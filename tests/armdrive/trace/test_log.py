@@ -27,7 +27,7 @@ from armdrive.trace.entries import (
 from armdrive.trace.log import LogFilter, LogLine, LogReader, Narrator, Topic, describer
 from armdrive.trace.recorder import FlightRecorder
 from firmware_protocol.armdroid import DriveOne
-from firmware_protocol.events import Overrun, Stray, Unreadable, UnreadableFrame
+from firmware_protocol.events import Stray, Unreadable, UnreadableFrame
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Foreign
 from firmware_protocol.teachmover.messages import Close, Key, Registers, Status
@@ -294,7 +294,6 @@ def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
         (Unreadable(b"ok1\xff", "no answer"), r"unreadable: `ok1\xff`: no answer"),
         (Stray(Status.DONE), "stray: answer done"),
         (Stray(DriveOne(2, 12)), "stray: answer drive one: motor 2, steps 12"),
-        (Overrun(3), "overrun: count 3"),
         (UnreadableFrame(Frame(1, b"\x31\x02"), "bad sum"), "unreadable frame: 001#3102: bad sum"),
         (Foreign(Frame(0x123)), "foreign: frame 123#"),
     ],

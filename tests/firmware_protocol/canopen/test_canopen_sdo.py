@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from firmware_protocol import canopen
 from firmware_protocol.canopen import AbortCode, Aborted, Place, Uploaded
 from firmware_protocol.canopen.sdo import (
-    EVENTS_MAX,
     SIZE_MAX,
     Content,
     DownloadStarted,
@@ -28,7 +27,6 @@ from firmware_protocol.canopen.sdo import (
     encode,
 )
 from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
-from firmware_protocol.events import Overrun
 from firmware_protocol.frames import Frame
 
 NODE = 5
@@ -262,8 +260,7 @@ def almost_right(rng: random.Random, can_id: int) -> Frame:
     return Frame(can_id, bytes((rng.choice(COMMANDS),)) + PLACE.packed + size)
 
 
-@pytest.mark.parametrize("fetches", [True, False])
-def test_both_ends_bear_anything(fetches):
+def test_both_ends_bear_anything():
     rng, client = random.Random(1), canopen.SdoClient(NODE)
     server = Objects({PLACE: bytes(20)}).server()
     for _ in range(amount(1500, 100_000)):
@@ -274,13 +271,9 @@ def test_both_ends_bear_anything(fetches):
         assert request is None or (request.can_id, len(request.data)) == (0x600 + NODE, 8)
         answer = server.receive_frame(almost_right(rng, 0x600 + NODE))
         assert answer is None or (answer.can_id, len(answer.data)) == (0x580 + NODE, 8)
-        if fetches:
-            events(client)
-        elif rng.random() < 0.01:
+        events(client)
+        if rng.random() < 0.01:
             client.abandon()
-    waiting = events(client)
-    assert len(waiting) <= EVENTS_MAX + 1
-    assert fetches or isinstance(waiting[0], Overrun)
 
 
 # -- frames ---------------------------------------------------------------------------------------

@@ -137,16 +137,6 @@ def test_a_bad_check_byte_is_garbled_and_answers_nothing():
     ]
 
 
-def test_a_flood_that_nobody_fetches_is_bounded_and_ends_with_the_newest():
-    host = mks.Host(DRIVES)
-    for counts in range(mks.EVENTS_MAX + 10):
-        host.receive_data(said(1, mks.EncoderRead(counts)))
-    lost, *kept = events(host)
-    assert lost == mks.Overrun(10)
-    assert len(kept) == mks.EVENTS_MAX
-    assert kept[-1] == mks.Answered(1, mks.EncoderRead(mks.EVENTS_MAX + 9))
-
-
 # -- The device ------------------------------------------------------------------------------------
 
 MOVE = mks.MoveAbsoluteAxis(0x4000, 600, 2)
