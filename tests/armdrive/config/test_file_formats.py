@@ -7,19 +7,16 @@ import pytest
 from amounts import amount, every_row
 from cli_calls import write_arm_file
 from faults import OVER_THE_TABLE
-from hypothesis import given
-from hypothesis import strategies as st
 
 from armdrive.config.link_model import read_model
-from armdrive.errors import ArmFileError, PointsFileError, StateFileError
-from armdrive.programs.journal import interrupted, journal_file
+from armdrive.errors import ArmFileError, PointsFileError
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.setup.filing import new_text
 from armdrive.setup.templates import available
 from armdrive.storage import files as places
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, parse_points
-from armdrive.text.toml import FORMAT, require_format
+from armdrive.text.toml import FORMAT
 from armdrive.text.toml_amend import Change, amended
 from armdrive.trace.files import texts_of
 from kinematics import JOINT_NAMES, preset
@@ -90,19 +87,6 @@ def test_an_unknown_format_is_one_sentence_and_nothing_else_is_read(
             assert str(refused.value).startswith(f"{path}: format")
 
 
-@given(
-    st.integers().filter(lambda number: number != FORMAT)
-    | st.floats()
-    | st.booleans()
-    | st.text()
-    | st.lists(st.integers())
-    | st.dictionaries(st.text(), st.integers())
-)
-def test_nothing_but_the_whole_number_one_is_this_format(value):
-    with pytest.raises(ArmFileError, match=r"^format"):
-        require_format({"format": value})
-
-
 # -- arm files and model files ----------------------------------------------------------------
 
 
@@ -121,28 +105,6 @@ def test_check_reports_an_unknown_format_alone(call):
     assert ["format" in problems[0], "title" in problems[1]] == [True, True]
 
 
-@every_row(
-    "words",
-    [
-        ("config", "show", "bench", "--toml"),
-        ("config", "signs", "bench", "--sim", "--yes"),
-        ("config", "set-default", "bench"),
-        ("can", "setup", "bench", "--sim", "--yes"),
-        ("home", "--arm", "bench"),
-        ("points", "list", "--arm", "bench"),
-    ],
-    ids=" ".join,
-)
-def test_no_command_uses_an_arm_of_an_unknown_format(call, words):
-    path = write_arm_file("bench", f"format = 2\n{FUTURE}")
-    before = path.read_bytes()
-    said = call(*words)
-    assert said.code == 2
-    assert NEWER in said.err
-    assert path.read_bytes() == before
-    assert not places.points_file("bench").exists()
-
-
 @every_row("line", KNOWN)
 def test_an_edit_keeps_a_file_as_it_says_its_format(line):
     text = f'# mine\n{line}model = "teachmover"   # by the window\n'
@@ -152,31 +114,6 @@ def test_an_edit_keeps_a_file_as_it_says_its_format(line):
     assert tomllib.loads(after)["motor_signs"] == {"elbow": -1}
     with pytest.raises(ArmFileError, match="Update armdrive"):
         amended('format = 2\nmodel = "teachmover"\n', [Change(("motor_signs", "elbow"), -1)])
-
-
-EDITS = (
-    ("points", "save", "b"),
-    ("points", "rename", "a", "b"),
-    ("points", "offset", "a", "b", "--x", "1"),
-)
-
-
-@pytest.mark.parametrize("format_number", [1, 2])
-def test_commands_edit_points_of_this_format_alone_and_keep_it(call, format_number):
-    call("home", code=0)
-    path = places.points_file("sim:teachmover")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    text = f"format = {format_number}\n{POINT}"
-    for words in EDITS:
-        path.write_text(text, encoding="utf-8")
-        said = call(*words)
-        after = path.read_text(encoding="utf-8")
-        if format_number == FORMAT:
-            assert (said.code, after != text, after.count("format")) == (0, True, 1), words
-            assert after.startswith("format = 1\n")
-        else:
-            assert (said.code != 0, after == text, str(path) in said.err) == (True,) * 3, words
-    assert sorted(path.parent.iterdir()) == [path]
 
 
 def first_key(text):
@@ -234,19 +171,3 @@ def test_no_call_writes_points_of_an_unknown_format():
             edit()
         assert path.read_bytes() == before
     assert sorted(path.parent.iterdir()) == [path]
-
-
-# -- what armdrive keeps for itself -----------------------------------------------------------
-
-
-def test_a_journal_of_another_format_is_not_called_damaged():
-    path = journal_file("bench")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text('{"format": 99, "anything": "else"}', encoding="utf-8")
-    with pytest.raises(StateFileError, match="a newer armdrive wrote it") as error:
-        interrupted("bench")
-    assert "damaged" not in str(error.value)
-    for text in ('{"format": true}', '{"format": "1"}', "{}"):
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(StateFileError, match="does not say its format"):
-            interrupted("bench")

@@ -230,7 +230,7 @@ def named_lab(found):
     return describing
 
 
-@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid"])
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
     port = SimPort(made(dialect))
     monkeypatch.setattr(carrying, "_opened", lambda name, baud: port)

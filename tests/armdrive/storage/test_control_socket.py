@@ -106,37 +106,6 @@ def test_a_watcher_that_was_turned_away_before_it_asked_learns_why(holding, monk
         next(watch_holder("bench", 0.05))
 
 
-def test_a_crowded_out_caller_retries_by_itself(arm, monkeypatch):
-    calls = []
-
-    class Crowded:
-        def fileno(self):
-            return -1
-
-        def send_bytes(self, data):
-            calls.append(data)
-
-        def poll(self, timeout_s):
-            return True
-
-        def recv_bytes(self, most):
-            again = {"error": "64 programs call already", "again": True}
-            return json.dumps(again if len(calls) < 3 else {"done": "stop"}).encode()
-
-        def __enter__(self):
-            return self
-
-        def __exit__(self, *error):
-            pass
-
-    monkeypatch.setattr(
-        "armdrive.storage.lock_client.notice_of", lambda name: {"address": "somewhere"}
-    )
-    monkeypatch.setattr("armdrive.storage.lock_client.called", lambda address: Crowded())
-    assert ask_holder("bench", "stop") == {"done": "stop"}
-    assert len(calls) == 3
-
-
 def test_a_silent_caller_gets_an_error_and_is_disconnected_after_its_time(impatient, call):
     connection = call()
     assert "no complete request arrived within" in answered(connection)["error"]

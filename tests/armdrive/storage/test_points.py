@@ -24,7 +24,6 @@ from armdrive.errors import (
     Refused,
     UnknownPoint,
 )
-from armdrive.moves import LineMove, PoseMove
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
 from armdrive.storage.point_file import Points, PointWriter, points_of, rounded
@@ -336,15 +335,6 @@ def test_a_point_is_gone_back_to_on_the_very_steps_it_was_taught_on(arm):
     assert arm.twin.world.motors == taught
 
 
-def test_going_to_a_point_leaves_the_fingers_alone(arm):
-    arm.points.teach("pick")
-    arm.gripper.open(50)
-    opened = arm.gripper.opening_mm
-    arm.move_j(base_deg=30)
-    arm.move_to("pick")
-    assert arm.gripper.opening_mm == opened
-
-
 def test_a_line_to_a_point_ends_in_its_pose_and_notes_another_posture(arm):
     arm.points.teach("start")
     arm.move_j(base_deg=20)
@@ -374,16 +364,6 @@ def test_an_arm_goes_back_to_joint_angles_that_it_had(arm, way):
     arm.move_j(base_deg=20)
     GOING[way](arm, before)
     assert arm.status.acknowledged == steps
-
-
-def test_a_preview_of_a_point_is_the_motion_to_it(arm):
-    arm.move_j(base_deg=20)
-    arm.points.teach("aside")
-    arm.move_j(base_deg=-20)
-    assert arm.preview(PoseMove("aside")).end == arm.points["aside"].joints
-    line = arm.preview(LineMove("aside"))
-    arm.move_l("aside")
-    assert line.end == arm.parts.core.position.coordinates.joints
 
 
 def test_a_point_that_a_person_edited_beyond_a_limit_is_audited(arm):

@@ -13,9 +13,7 @@ from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import DISK, replace_durably, replace_file
 from armdrive.storage.lock_client import notice_path
 from armdrive.storage.point_file import Points
-from armdrive.storage.points import Point
 from armdrive.storage.record import RecordFile, logbook_file, write_down
-from kinematics import Joints
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="files have owners and modes on POSIX")
 
@@ -84,13 +82,3 @@ def test_a_pipe_is_not_waited_for(tmp_path, state):
     with pytest.raises(PointsFileError, match="not a regular file"):
         points.read()
     assert arm_files.chosen_default() is None
-
-
-def test_points_behind_a_link_stay_there(tmp_path):
-    target, link = tmp_path / "elsewhere.toml", tmp_path / "points.toml"
-    target.write_text("")
-    link.symlink_to(target)
-    points = Points(link, "bench", ("base",), lambda joints: "there", lambda: None)
-    points["pick"] = Point(Joints((0.0,), ("base",)), None)
-    assert link.is_symlink()
-    assert "points.pick" in target.read_text()
