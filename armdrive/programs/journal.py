@@ -33,10 +33,6 @@ from armdrive.storage import files as places
 from armdrive.storage.files import DISK, remove_durably, replace_durably
 from armdrive.storage.record import sealed, unsealed
 from armdrive.text.json_forms import (
-    JOINTS,
-    NUMBER,
-    TEXT,
-    WHOLE,
     Form,
     as_table,
     move_form,
@@ -155,19 +151,7 @@ def interrupted(arm: str) -> JournalEntry:
         ) from None
 
 
-_ENTRY = record(
-    JournalEntry,
-    arm=TEXT,
-    program=TEXT,
-    sha256=TEXT,
-    line=WHOLE,
-    snapshot=Form(dict, as_table, {}),
-    began=optional(record(ArmCoordinates, joints=JOINTS, opening_mm=NUMBER)),
-    move=optional(move_form()),
-    loop=WHOLE,
-    loops=WHOLE,
-    outputs=WHOLE,
-)
+_ENTRY = record(JournalEntry, snapshot=Form(dict, as_table, {}), move=optional(move_form()))
 
 
 # Whether an interrupted program may be resumed: only if the arm is still where it was.

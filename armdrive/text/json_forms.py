@@ -7,9 +7,10 @@ with the unit in the key.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
-from typing import Any, Generic, TypeVar
+from types import NoneType
+from typing import Any, Generic, TypeVar, get_args, get_origin, get_type_hints
 
 from armdrive.errors import ArmError, BadArgument
 from armdrive.errors.kinematic import checked_number, refusal_of
@@ -30,12 +31,13 @@ from armdrive.moves import (
     ParkMove,
     PathMove,
     PoseMove,
+    SingleMove,
     Space,
     jog_axes,
 )
 from armdrive.status import STATUS_FIELDS, joints_numbers, pose_numbers
 from kinematics.errors import KinematicsError, suggestion
-from kinematics.paths.routes import ArcPart, JointPart, LinePart, PosePart
+from kinematics.paths.routes import ArcPart, JointPart, LinePart, PathPart, PosePart
 from kinematics.spaces import COORDINATES, Joints, Pose
 
 T = TypeVar("T")
@@ -137,20 +139,21 @@ def as_table(data: Json, where: str) -> Mapping[str, Json]:
     return data
 
 
-# The forms of a dataclass's fields.
-Fields = Mapping[str, Form[Any]]
-
-
 def record(kind: type[T], tag: Mapping[str, str] | None = None, /, **forms: Form[Any]) -> Form[T]:
     """Return the form of a dataclass: an object with a key for each field.
 
-    A field that has a default may be missing. `tag` is written as well, and distinguishes kinds.
+    A field's form is that of its annotation, unless `forms` has another one. A field that has a
+    default may be missing. `tag` is written as well, and distinguishes kinds.
     """
     tags = tag or {}
+    names = [each.name for each in fields(kind)]  # type: ignore[arg-type]
+    if not forms.keys() >= set(names):
+        hints = get_type_hints(kind)
+        forms = {name: forms.get(name) or form_of(hints[name]) for name in names}
     needed = [
         each.name
         for each in fields(kind)  # type: ignore[arg-type]
-        if each.name in forms and each.default is MISSING
+        if each.default is MISSING
     ]
 
     def read(data: Json, where: str) -> T:
@@ -189,14 +192,11 @@ def record(kind: type[T], tag: Mapping[str, str] | None = None, /, **forms: Form
     )
 
 
-def tagged(key: str, kinds: Mapping[str, tuple[type, Fields | Form[Any]]]) -> Form[Any]:
-    """Return the form of values of several classes: the object's `key` says which one it is.
-
-    For each class, `kinds` has the forms of its fields, or its whole form where that is another.
-    """
-    forms = {
-        tag: (kind, each if isinstance(each, Form) else record(kind, {key: tag}, **each))
-        for tag, (kind, each) in kinds.items()
+def tagged(key: str, kinds: Mapping[str, type]) -> Form[Any]:
+    """Return the form of values of several classes: the object's `key` says which one it is."""
+    forms: dict[str, tuple[type, Form[Any]]] = {
+        tag: (kind, _jog_form() if kind is JogMove else record(kind, {key: tag}))
+        for tag, kind in kinds.items()
     }
     by_class = dict(forms.values())
 
@@ -235,34 +235,48 @@ def move_from_json(data: Json) -> Move:
 @functools.cache
 def move_form() -> Form[Any]:
     """Return the JSON form of all moves, with its schema."""
-    framed: Fields = {"speed": NUMBER, "frame": TEXT}
-    opening: Fields = {"opening_mm": optional(NUMBER), "speed": NUMBER}
-    single: dict[str, tuple[type, Fields | Form[Any]]] = {
-        "joint": (JointMove, {"goal": _ANGLES, "speed": NUMBER}),
-        "pose": (PoseMove, {"goal": _PLACE, **framed}),
-        "line": (LineMove, {"goal": _AIM, **framed}),
-        "arc": (ArcMove, {"via": POSE, "goal": POSE, **framed}),
-        "path": (PathMove, {"parts": several(_part_form()), **framed}),
-        "gripper": (GripperMove, opening),
-        "grasp": (GraspMove, {"force_n": NUMBER}),
-        "park": (ParkMove, {"speed": NUMBER, "goal": optional(POSE)}),
-        "jog": (JogMove, _jog_form()),
+    return tagged("move", {**_SINGLE, "sequence": MoveSequence})
+
+
+_SINGLE = {
+    "joint": JointMove,
+    "pose": PoseMove,
+    "line": LineMove,
+    "arc": ArcMove,
+    "path": PathMove,
+    "gripper": GripperMove,
+    "grasp": GraspMove,
+    "park": ParkMove,
+    "jog": JogMove,
+}
+_PARTS = {"joint": JointPart, "pose": PosePart, "line": LinePart, "arc": ArcPart}
+
+
+@functools.cache
+def form_of(kind: Any) -> Form[Any]:
+    """Return the form of the values that an annotation allows."""
+    known: dict[Any, Form[Any]] = {
+        float: NUMBER,
+        int: WHOLE,
+        str: TEXT,
+        Pose: POSE,
+        Joints: JOINTS,
+        Joints | Angles: _ANGLES,
+        Pose | str: _PLACE,
+        Pose | Joints | str: _AIM,
     }
-    sequence = {"moves": several(tagged("move", single))}
-    return tagged("move", {**single, "sequence": (MoveSequence, sequence)})
-
-
-def _part_form() -> Form[Any]:
-    bend: Fields = {"via": POSE, "goal": POSE, "sweep_rad": optional(NUMBER), "blend_mm": NUMBER}
-    return tagged(
-        "part",
-        {
-            "joint": (JointPart, {"goal": JOINTS, "blend_mm": NUMBER}),
-            "pose": (PosePart, {"goal": POSE, "blend_mm": NUMBER}),
-            "line": (LinePart, {"goal": POSE, "blend_mm": NUMBER}),
-            "arc": (ArcPart, bend),
-        },
-    )
+    inner = get_args(kind)
+    if kind in known:
+        return known[kind]
+    if kind == PathPart:
+        return tagged("part", _PARTS)
+    if kind == SingleMove:
+        return tagged("move", _SINGLE)
+    if get_origin(kind) is Sequence:
+        return several(form_of(inner[0]))
+    if NoneType in inner:
+        return optional(form_of(inner[0]))
+    return record(kind)
 
 
 # Poses and joint angles in JSON: mm and degrees, with the keys that every other output has.
@@ -336,7 +350,7 @@ _AIM: Form[Any] = Form(_write_goal, _read_aim, {"anyOf": [TEXT.schema, POSE.sche
 
 
 def _jog_form() -> Form[JogMove]:
-    rest = record(_JogFields, {"move": "jog"}, space=_SPACE, by=_NUMBERS, frame=TEXT, speed=NUMBER)
+    rest = record(_JogFields, {"move": "jog"}, space=_SPACE, by=_NUMBERS)
 
     def write(move: JogMove) -> Json:
         jog = move.jog

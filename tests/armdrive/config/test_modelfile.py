@@ -107,6 +107,7 @@ def two_axes(**wrong):
         ({}, "at least one link"),
         ({"links": "many"}, "at least one link"),
         ({"links": [3]}, "links[1] must be a table"),
+        ({"links": [{}] * 101}, "at most 100 links, not 101"),
         ({"link": [{}]}, "did you mean 'links'"),
         ({"links": [{}], "convention": "other"}, "convention is one of standard, craig"),
         ({"links": [{}], "name": 5}, "name must be text"),
