@@ -50,7 +50,7 @@ _MARK = "\ufeff"
 # A dotted key that nests too many tables. tomllib takes the square of their number in time, and
 # more, so such a key is refused before it is parsed.
 _DEEP_KEY = re.compile(
-    r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}"""  # DEEPEST
+    r"""(?m)(?:^|[\[{,])[ \t]*+(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}"""
 )
 
 # Makes the error of a caller's kind from its sentence: usually the class itself.
