@@ -9,7 +9,7 @@ import itertools
 import math
 
 from armdrive.sim.wire import MemoryLink
-from armdrive.storage.files import StateFiles
+from tests.scenarios.disk import Disk
 
 MOTION = b"@STEP"
 
@@ -55,130 +55,70 @@ class MortalLink(MemoryLink):
         self.moments.pass_one()
 
 
-class Inode:
-    def __init__(self):
-        self.data = self.safe = b""
-
-
-class PowerDisk(StateFiles):
-    """Names and data as programs see them, and as a power cut would leave them."""
+class PowerDisk(Disk):
+    """A disk that ends the program, fails, or is full from a chosen operation on."""
 
     def __init__(self):
+        super().__init__()
         self.moments = Moments()
-        self.names = {}
-        self.safe_names = {}
-        self.changes = []
-        self.handles = {}
-        self.read_only = False
         self.room = math.inf
         self.forgetful = False
         self.fails_from = math.inf
         self.fails_to_remove = True
         self.failed = False
 
-    def _pass(self, removing=False):
+    def _count_operation(self):
         self.moments.pass_one()
-        if self.moments.count > self.fails_from and (self.fails_to_remove or not removing):
+        if self.moments.count > self.fails_from:
             self.failed = True
             raise OSError(errno.EIO, "Input/output error")
-        if self.read_only:
-            raise OSError(errno.EROFS, "Read-only file system")
-
-    def read(self, path, most):
-        if path not in self.names:
-            raise FileNotFoundError(path)
-        return self.names[path].data[:most]
-
-    def make_folder(self, folder):
-        self._pass()
-
-    def may_change(self, folder):
-        return not self.read_only
-
-    def create(self, path):
-        self._pass()
-        if path in self.names:
-            raise FileExistsError(path)
-        self._change(path, Inode())
-        handle = len(self.handles) + 3
-        self.handles[handle] = self.names[path]
-        return handle
 
     def write(self, handle, data):
-        inode = self.handles[handle]
-        for sent in (0, 1, len(data) // 2):
-            if self.moments.ends():
-                inode.data += data[:sent]
-                raise End
-        fits = data[: max(int(min(self.room - len(inode.data), len(data))), 0)]
-        if not fits:
+        self._count_operation()
+        path = self._handles[handle]
+        begun = len(self.texts[path])
+        part = data if begun else data[: len(data) // 2]  # of each file a half, then the rest
+        part = part[: int(min(max(self.room - begun, 0), len(part)))]
+        if not part:
             raise OSError(errno.ENOSPC, "No space left on device")
-        inode.data += fits
-        return len(fits)
+        self.texts[path] += part
+        return len(part)
 
     def sync(self, handle):
-        self._pass()
-        if not self.forgetful:
-            self.handles[handle].safe = self.handles[handle].data
-
-    def close(self, handle):
-        del self.handles[handle]
-
-    def replace(self, source, target):
-        self._pass()
-        if source not in self.names:
-            raise FileNotFoundError(source)
-        inode = self.names[source]
-        self._change(source, None)
-        self._change(target, inode)
-
-    def remove(self, path):
-        self._pass(removing=True)
-        if path in self.names:
-            self._change(path, None)
+        self._count_operation() if self.forgetful else super().sync(handle)
 
     def sync_folder(self, folder):
-        self._pass()
-        if not self.forgetful:
-            self.safe_names, self.changes = dict(self.names), []
+        self._count_operation() if self.forgetful else super().sync_folder(folder)
 
-    def _change(self, path, inode):
-        _apply(self.names, path, inode)
-        self.changes.append((path, inode))
+    def remove(self, path):
+        fails_from = self.fails_from
+        if not self.fails_to_remove:
+            self.fails_from = math.inf
+        super().remove(path)
+        self.fails_from = fails_from
 
     def after_kill(self, path):
         """What a file holds when only the program has ended."""
-        return self.names[path].data if path in self.names else None
+        return self.texts.get(path)
 
     def after_power_cut(self, path):
         """Everything that a file may hold afterwards: what was not safe got there, or did not."""
         found = set()
-        for count in range(len(self.changes) + 1):
-            for chosen in itertools.combinations(self.changes, count):
-                names = dict(self.safe_names)
-                for where, inode in chosen:
-                    _apply(names, where, inode)
-                inode = names.get(path)
-                if inode is None:
-                    found.add(None)
-                elif inode.safe == inode.data:
-                    found.add(inode.data)
-                else:
-                    found |= {inode.safe, inode.data, inode.data[: len(inode.data) // 2]}
+        for count in range(len(self._changes) + 1):
+            for chosen in itertools.combinations(self._changes, count):
+                texts = {each: {text} for each, text in self._safe.items()}
+                for source, target, text in chosen:
+                    texts.pop(source, None)
+                    if target is not None:
+                        torn = {b"", text[: len(text) // 2]} if source in self._unsynced else set()
+                        texts[target] = {text} | torn
+                found |= texts.get(path, {None})
         return found
 
     def holding(self, path, text):
         """Return another disk with just one file on it."""
         disk = PowerDisk()
         if text is not None:
-            disk.names[path] = Inode()
-            disk.names[path].data = disk.names[path].safe = text
-        disk.safe_names = dict(disk.names)
+            disk.texts[path] = text
+            disk._safe = dict(disk.texts)
         return disk
-
-
-def _apply(names, path, inode):
-    if inode is None:
-        names.pop(path, None)
-    else:
-        names[path] = inode

@@ -170,6 +170,11 @@ def test_nesting_is_read_down_to_a_limit(build):
         parse_toml(build(DEEPEST + 2), BadRequest)
 
 
+def test_a_key_of_many_parts_is_refused_before_a_parser_spends_hours_on_it():
+    with pytest.raises(BadRequest, match="nested"):
+        parse_toml("a." * 100_000 + "a = 1", BadRequest)
+
+
 @every_row("text", ["# " + "a." * 99, 'x = "' + "a." * 99 + '"', f"x = [{'1.5, ' * 9999}]"])
 def test_dots_that_nest_nothing_are_read(text):
     parse_toml(text, BadRequest)
