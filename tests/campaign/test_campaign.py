@@ -3,7 +3,6 @@
 import gc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import pytest
 from amounts import amount
@@ -11,7 +10,7 @@ from amounts import amount
 from armdrive.arm import moving
 from armdrive.arm.moving import Gripper
 from armdrive.connect.runner import TaskRunner
-from armdrive.dialects.mks.homing import MksHoming
+from armdrive.dialects.mks import homing as mks_homing
 from armdrive.dialects.teachmover import controller as teachmover
 from armdrive.errors import OutOfBounds
 from armdrive.motion import deviation
@@ -124,22 +123,9 @@ def held_longer(more_s: float):
     return ((jogging, "is_held", held),)
 
 
-def stops_nothing(_stops, _drives, *, hard):
+def stops_nothing(_io, _drives, *, hard):
     yield from ()
     return []
-
-
-def without_homing_stop():
-    """Have no drive stopped in a program's own homing."""
-    home = MksHoming.home
-
-    def homes(self, groups):
-        halt, self._stops.halt = self._stops.halt, partial(stops_nothing, self._stops)
-        reply = yield from home(self, groups)
-        self._stops.halt = halt
-        return reply
-
-    return ((MksHoming, "home", homes),)
 
 
 def circling(context, plan):
@@ -207,7 +193,7 @@ FAULTY = (
            action=HOLD),
     Faulty("announces no bound for homing", ((StopForecast, "home", nothing),), "it moved", "grbl",
            homes=True),
-    Faulty("does not stop homing", without_homing_stop(), "stop: it moved", "mks",
+    Faulty("does not stop homing", ((mks_homing, "halt", stops_nothing),), "stop: it moved", "mks",
            homes=True, first=2),
     Faulty("lets no time pass", ((Engine, "_next_s", lambda engine: engine.now_s),),
            "hangs: the engine was called"),

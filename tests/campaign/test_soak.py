@@ -43,6 +43,6 @@ def test_a_program_that_was_closed_leaves_nothing_behind():
 
 @pytest.mark.parametrize("lasting", [False, True])
 def test_a_short_soak_drifts_nowhere(lasting):
-    found = list(work("teachmover", 0.012, lasting=lasting))
+    found = list(work("teachmover", 0.008, lasting=lasting))
     assert len(found) > 3
     assert not any(each.drift_steps for each in found)

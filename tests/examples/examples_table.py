@@ -31,7 +31,7 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
     Example(
         "stacking.arm", Form(4), worlds.tower,
         shorter={"robko01": None, "armdroid": Form(2, _ROW), "grbl": Form(1, _ONE),
-                 "mks": Form(1, _ONE), "cia402": None},
+                 "mks": None, "cia402": None},
     ),
     Example(
         "stacking.py", Form(4), worlds.tower, shorter=_ONLY_TEACHMOVER,
