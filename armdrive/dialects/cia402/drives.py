@@ -28,7 +28,10 @@ class Trouble(Enum):
     """What can be wrong with a drive: what that means for the arm, and in words."""
 
     RESTARTED = AlertKind.RESTARTED, "{drive} was reset, or lost its power for a moment"
-    ORDERED = AlertKind.ALARM, "another program has ordered {drive} to be {network}"
+    ORDERED = (
+        AlertKind.ALARM,
+        "another program has ordered {drive} to be {network}, or it missed a heartbeat",
+    )
     IN_FAULT = AlertKind.SWITCHED_OFF, "{drive} is in fault and has switched its motor off{why}"
     LOCKED = AlertKind.LOCKED, f"{IN_FAULT[1]}; `reset()` clears that"
     STOPPED = AlertKind.ALARM, "{drive} has stopped by itself, and holds{why}"

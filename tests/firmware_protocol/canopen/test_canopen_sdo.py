@@ -16,12 +16,9 @@ from firmware_protocol.canopen.sdo import (
     SIZE_MAX,
     Content,
     DownloadStarted,
-    NextSegment,
     Segment,
     SegmentTaken,
     StartDownload,
-    StartUpload,
-    Upload,
     decode_request,
     decode_response,
     encode,
@@ -278,43 +275,20 @@ def test_both_ends_bear_anything():
 
 # -- frames ---------------------------------------------------------------------------------------
 
-REQUESTS = [
-    (StartUpload(canopen.Place(0x1018, 1)), "40 18 10 01 00 00 00 00"),
+# those that no scene above shows
+MESSAGES = [
     (StartDownload(canopen.Place(0x6060), Content(b"\1", 1)), "2F 60 60 00 01 00 00 00"),
-    (StartDownload(WORD, Content(b"\x0f\0", 2)), "2B 40 60 00 0F 00 00 00"),
     (StartDownload(WORD, Content(b"\1\2\3", 3)), "27 40 60 00 01 02 03 00"),
-    (
-        StartDownload(canopen.Place(0x607A), Content(b"\x60\x79\xfe\xff", 4)),
-        "23 7A 60 00 60 79 FE FF",
-    ),
-    (StartDownload(WORD, Content(b"\x0f\0\0\0", None)), "22 40 60 00 0F 00 00 00"),
-    (StartDownload(NAME, Content(None, 9)), "21 08 10 00 09 00 00 00"),
+    (StartDownload(WORD, Content(b"\x60\x79\xfe\xff", 4)), "23 40 60 00 60 79 FE FF"),
     (StartDownload(NAME, Content(None, None)), "20 08 10 00 00 00 00 00"),
-    (NextSegment(False), "60 00 00 00 00 00 00 00"),
-    (NextSegment(True), "70 00 00 00 00 00 00 00"),
-    (Segment(False, b"armdriv", False), "00 61 72 6D 64 72 69 76"),
-    (Segment(True, b"e!", True), "1B 65 21 00 00 00 00 00"),
     (Segment(False, b"", True), "0F 00 00 00 00 00 00 00"),
-    (canopen.Abort(NAME, canopen.AbortCode.TIMED_OUT), "80 08 10 00 00 00 04 05"),
 ]
-RESPONSES = [
-    (Upload(canopen.Place(0x6041), Content(b"\x37\2", 2)), "4B 41 60 00 37 02 00 00"),
-    (Upload(canopen.Place(0x6041), Content(b"\x37\2\0\0", None)), "42 41 60 00 37 02 00 00"),
-    (Upload(NAME, Content(None, 9)), "41 08 10 00 09 00 00 00"),
-    (Upload(NAME, Content(None, None)), "40 08 10 00 00 00 00 00"),
-    (DownloadStarted(WORD), "60 40 60 00 00 00 00 00"),
-    (Segment(True, b"e!", True), "1B 65 21 00 00 00 00 00"),
-    (SegmentTaken(False), "20 00 00 00 00 00 00 00"),
-    (SegmentTaken(True), "30 00 00 00 00 00 00 00"),
-    (canopen.Abort(WORD, canopen.AbortCode.NO_OBJECT), "80 40 60 00 00 00 02 06"),
-]
-WAYS = [(decode_request, *row) for row in REQUESTS] + [(decode_response, *row) for row in RESPONSES]
 
 
-@every_row("decode, message, text", WAYS)
-def test_a_message_is_these_bytes(decode, message, text):
+@every_row("message, text", MESSAGES)
+def test_a_message_is_these_bytes(message, text):
     assert encode(message) == bytes.fromhex(text)
-    assert decode(bytes.fromhex(text)) == message
+    assert decode_request(bytes.fromhex(text)) == message
 
 
 @given(st.sampled_from((decode_request, decode_response)), st.binary(max_size=9))

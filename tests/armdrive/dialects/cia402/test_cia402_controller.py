@@ -478,17 +478,6 @@ def test_drives_found_in_fault_are_a_notice_until_the_arm_is_reset():
     assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
 
 
-def test_a_drive_in_fault_stops_the_others_which_hold():
-    rig = moving(steps(60_000, 30_000))
-    rig.device.board.put_in_fault(1, 0x2310)
-    there, reply = rig.positions[0], rig.finish()
-    assert isinstance(reply, RequestRejected)
-    assert "drive 2 (shoulder) is in fault" in reply.reason
-    assert rig.positions[0] - there < 20_000 * 0.2
-    rig.run(0.5)
-    assert rig.node(1).states.state is canopen.DriveState.ENABLED
-
-
 def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble():
     rig = moving(steps(100_000, 30_000), settings={"strategy": "profile"})
     rig.loses = lambda frame, host: host and frame.can_id in (0x201, 0x601)  # no stop reaches it
@@ -496,6 +485,7 @@ def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble
     reply = rig.finish()
     assert "drive 2 (shoulder) is in fault" in reply.reason
     assert "drive 1 (base) did not come to rest after a stop" in reply.reason
+    assert rig.node(3).states.state is canopen.DriveState.ENABLED  # the others hold
 
 
 # -- the current, as it is told -------------------------------------------------------------------

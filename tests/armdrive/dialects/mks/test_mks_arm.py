@@ -64,25 +64,6 @@ def test_drives_that_are_not_steered_find_out_of_a_guard_in_bursts_of_some_size(
     assert moved.bursts < 30
 
 
-def test_a_motion_of_all_joints_keeps_in_proportion():
-    arm = ready()
-    before = arm.status.acknowledged
-    handle = arm.move_j(
-        wait=False, base_deg=25, shoulder_deg=50, elbow_deg=-70, wrist_pitch_deg=-50
-    )
-    goal = arm.model.transmission.to_motors(Joints.of(25, 50, -70, -50, 0), 20.0)
-    way = goal - before
-    busiest = max(range(6), key=lambda motor: abs(way[motor]))
-
-    def off_deg() -> float:
-        moved = arm.twin.world.motors - before
-        share = moved[busiest] / way[busiest]
-        return max(abs(at - share * all_of_it) for at, all_of_it in zip(moved, way, strict=True))
-
-    assert watched(arm, handle, off_deg) < 120  # counts, of 16384 a turn of the motor
-    assert arm.twin.world.motors == goal
-
-
 @pytest.mark.parametrize(
     ("ends", "error", "evidence"),
     [
@@ -104,11 +85,6 @@ def test_an_arm_whose_homing_ended_early_is_suspect_and_shown_where_it_was_last_
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.trust_reason == evidence.value
     assert abs(arm.joints["base"] - before) > math.radians(1.0)
-
-
-def test_new_drives_that_share_one_id_are_reported():
-    with pytest.raises(DeviceFault, match="id"):
-        driven(arm_config("mks"), factory=True)
 
 
 def test_a_mode_that_is_still_wrong_after_a_reset_keeps_the_arm_from_moving():

@@ -219,36 +219,31 @@ def test_homing_goes_group_by_group_and_sets_no_zero(settings):
     assert bench.positions == total(straight(3)) + Motors((0, 0, 0, *STARTS[3:]))
 
 
-def test_a_homed_drive_whose_id_another_one_takes_is_not_said_to_have_two_zeros():
-    """Mission mks 710000599: the new zero was read from the other drive."""
-    bench = MksBench(starts=(20_000, 0, 0, 0, 0, 0)).ready()
-    node = bench.node(3).sim
+@pytest.mark.parametrize(
+    ("takes", "words"),
+    [
+        # mission mks 710000599: the new zero was read from the other drive
+        (True, "more than one drive answers to the id 3"),
+        # mission mks 745000275: the reading of before it had homed was taken for a later one
+        (False, "drive 3 (elbow) does not answer"),
+    ],
+    ids=["another takes its id", "it falls silent"],
+)
+def test_a_homed_drive_that_is_not_read_itself_is_not_said_to_have_two_zeros(takes, words):
+    bench = MksBench(starts=(20_000, 0, 20_000, 0, 0, 0)).ready()
+    node, other = bench.node(3).sim, bench.device.board.node(0)
 
-    def takes(frame, host):
-        tells = not host and frame.can_id == 3 and frame.data[0] == Code.HOME
-        if tells and node.motion.homing is HomingState.DONE:
-            bench.device.board.node(0).set_id(3, bench.now_s)
-        return False
+    def once_homed(frame, host):
+        if frame.can_id != 3 or node.motion.homing is not HomingState.DONE:
+            return False
+        if takes and not host and frame.data[0] == Code.HOME:
+            other.set_id(3, bench.now_s)
+        return host and not takes
 
-    bench.loses = takes
-    assert "more than one drive answers to the id 3" in denied(bench.do(HomeDevice(((2,),))))
+    bench.loses = once_homed
+    assert words in denied(bench.do(HomeDevice(((2,),))))
     bench.loses = lambda _frame, _host: False
-    bench.device.board.node(0).set_id(1, bench.now_s)
-    assert bench.do(ClearFault()) == Done()
-    assert bench.do(HomeDevice(((2,),))) == Done()
-
-
-def test_a_homed_drive_that_falls_silent_is_not_said_to_have_two_zeros():
-    """Mission mks 745000275: the reading of before it had homed was taken for a later one."""
-    bench = MksBench(starts=(0, 0, 20_000, 0, 0, 0)).ready()
-    node = bench.node(3).sim
-
-    def loses(frame, host):
-        return host and frame.can_id == 3 and node.motion.homing is HomingState.DONE
-
-    bench.loses = loses
-    assert "drive 3 (elbow) does not answer" in denied(bench.do(HomeDevice(((2,),))))
-    bench.loses = lambda _frame, _host: False
+    other.set_id(1, bench.now_s)
     assert bench.do(ClearFault()) == Done()
     bench.ready()
     assert bench.do(HomeDevice(((2,),))) == Done()

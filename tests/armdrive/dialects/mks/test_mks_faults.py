@@ -337,11 +337,11 @@ def pushed(bench):
     bench.node(1).load(6000)
 
 
-def weak(bench):
-    """Have a motor turn at half of what its drive is told."""
+def weak(bench, share=0.5):
+    """Have a motor turn at a share of what its drive is told."""
     flash = bench.node(1).sim.flash
     rpm_of = flash.rpm_of
-    flash.rpm_of = lambda rpm: rpm_of(rpm) * 0.5
+    flash.rpm_of = lambda rpm: rpm_of(rpm) * share
 
 
 def reach_a_switch(bench):
@@ -400,49 +400,48 @@ def test_a_drive_that_says_nothing_when_it_rejects_a_burst_is_found():
     check_blamed(bench)
 
 
-@pytest.mark.parametrize("lost", [0, 1, 2])
-def test_a_started_report_may_be_lost(lost):
-    bench = begun(straight(10), 0.2)
+def lose_reports(bench):
+    """Lose every third report of a drive that it has started."""
     count = iter(range(1000))
     bench.loses = lambda frame, host: (
-        not host and frame.data[0] == Code.ABSOLUTE_AXIS and next(count) % 3 == lost
+        not host and frame.data[0] == Code.ABSOLUTE_AXIS and next(count) % 3 == 0
     )
-    check_done(bench)
 
 
-def test_a_drive_that_missed_orders_makes_up_for_it():
-    bench = begun(straight(20, (2000, -2000, 0, 0, 0, 0)), 0.4)
+def lose_orders(bench):
+    """Lose the orders of one drive for a moment."""
     until_s = bench.now_s + 0.1
     bench.loses = lambda frame, host: (
         host and frame.can_id == 1 and frame.data[0] == 0xF5 and bench.now_s < until_s
     )
+
+
+def be_slow(bench):
+    """Have a motor turn a little slower than its drive is told."""
+    weak(bench, 0.95)
+
+
+@pytest.mark.parametrize(
+    ("happens", "settings"),
+    [(lose_reports, {}), (lose_orders, {}), (be_slow, {}), (None, {"acceleration": 200})],
+)
+def test_drives_that_can_make_up_for_it_are_not_blamed(happens, settings):
+    bench = begun(straight(20, (2000, -2000, 0, 0, 0, 0)), 0.4, **settings)
+    if happens is not None:
+        happens(bench)
     check_done(bench)
     assert bench.positions[:2] == (90_000, 10_000)
-
-
-def test_drives_whose_ramps_are_gentle_are_not_blamed():
-    check_done(begun(straight(12, (3000, -1500, 900, 0, 0, 0)), acceleration=200))
-
-
-def test_a_drive_that_is_a_little_slow_is_steered_by_its_readings():
-    bench = begun(straight(20, (3000, -3000, 0, 0, 0, 0)))
-    flash = bench.node(1).sim.flash
-    rpm_of = flash.rpm_of
-    flash.rpm_of = lambda rpm: rpm_of(rpm) * 0.95
-    check_done(bench)
-    assert bench.positions[:2] == (110_000, -10_000)
 
 
 # -- at rest ---------------------------------------------------------------------------------------
 
 
-@every_row("start, kind", [(20_000, AlertKind.RESTARTED), (-20_000, AlertKind.RESTARTED)])
-def test_a_drive_that_restarts_at_rest_is_found_at_the_next_look(start, kind):
+@pytest.mark.parametrize("start", [20_000, -20_000])
+def test_a_drive_that_restarts_at_rest_is_found_at_the_next_look(start):
     bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
     restart(bench, 1)
     bench.do(ReadPosition())
-    (alert,) = bench.alerts()
-    assert alert.kind is kind
+    assert [alert.kind for alert in bench.alerts()] == [AlertKind.RESTARTED]
 
 
 def test_a_drive_that_is_turned_at_rest_is_found_and_taken_from_there():
