@@ -130,17 +130,35 @@ class HomingEstimate:
     lasts: HomingTime
 
 
-def homing_estimate(
-    groups: Groups,
-    drives: Sequence[D],
-    rate_hz: Callable[[D], float],
-    time: Callable[[D], HomingTime],
-) -> HomingEstimate:
-    """Return how groups home, from the speed and the time of each drive."""
-    together = homing_groups(groups, drives)
-    times = [max(map(time, group)) for group in together]
-    fastest_hz = max(rate_hz(drive) for group in together for drive in group)
-    return HomingEstimate(fastest_hz, max(times), in_turn(times))
+class HomingTimes(Generic[D]):
+    """How fast drives home, and how long at most, as far as they report it.
+
+    `assumed` is the time of a drive that does not.
+    """
+
+    def __init__(self, drives: Sequence[D], assumed: HomingTime) -> None:
+        self._drives, self._assumed = drives, assumed
+        self._found: dict[D, tuple[float, float]] = {}
+
+    def note(self, drive: D, rate_hz: float, lasts_s: float) -> None:
+        """Record a drive's greatest speed, and how long its search lasts at most."""
+        self._found[drive] = rate_hz, lasts_s
+
+    def forget(self, drive: D) -> None:
+        """Record that a drive does not report how it homes."""
+        self._found.pop(drive, None)
+
+    def time(self, drive: D) -> HomingTime:
+        """Return how long a drive homes at most."""
+        return HomingTime(self._found[drive][1]) if drive in self._found else self._assumed
+
+    def estimate(self, groups: Groups) -> HomingEstimate:
+        """Return how some groups home."""
+        together = homing_groups(groups, self._drives)
+        times = [max(map(self.time, group)) for group in together]
+        unknown = (math.inf, 0.0)
+        rates_hz = (self._found.get(drive, unknown)[0] for group in together for drive in group)
+        return HomingEstimate(max(rates_hz), max(times), in_turn(times))
 
 
 def home_in_groups(

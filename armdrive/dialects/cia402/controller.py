@@ -296,7 +296,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def search(self, request: HomeDevice) -> Search:
         """Bound the drives' own homing: by their heartbeat watch, else by their searches."""
-        found = self._requests.homing.estimate(request.groups)
+        found = self._requests.homing.times.estimate(request.groups)
         if not self._exchange.watches:
             return Search(found.longest.s, lasts=found.lasts)
         ramp_s, silent_s = self.limits.quick_stop_s(found.rate_hz), self._unwatched_s

@@ -5,17 +5,15 @@ A drive that has found it counts from its home offset there by itself. Nothing h
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from armdrive.dialects.bus.homing import (
     Groups,
-    HomingEstimate,
     HomingSearch,
     HomingStatus,
+    HomingTimes,
     home_in_groups,
-    homing_estimate,
 )
 from armdrive.dialects.cia402.drives import Cia402Drive
 from armdrive.dialects.cia402.exchange import Cia402Exchange
@@ -76,26 +74,7 @@ class Cia402Homing:
         self._io = io
         self._values: dict[Cia402Drive, Mapping[canopen.Place, int]] = {}
         """Each drive's `HOMING_OBJECTS`, as far as it reports them or they were written."""
-
-    def estimate(self, groups: Groups) -> HomingEstimate:
-        """Return how fast some groups' drives home, and how long at most."""
-        return homing_estimate(groups, self._io.drives, self._rate_hz, self._time)
-
-    def _speeds(self, drive: Cia402Drive) -> HomingSpeeds | None:
-        return _speeds_of(drive, self._values.get(drive, {}))
-
-    def _rate_hz(self, drive: Cia402Drive) -> float:
-        speeds = self._speeds(drive)
-        return math.inf if speeds is None else speeds.fastest_hz
-
-    def _time(self, drive: Cia402Drive) -> HomingTime:
-        speeds = self._speeds(drive)
-        if speeds is None:
-            return HomingTime(self._io.settings.homing_s, "cia402.homing_s")
-        return HomingTime(speeds.lasts_s(self._range(drive)))
-
-    def _range(self, drive: Cia402Drive) -> float:
-        return self._io.limits.ranges[drive.motor]
+        self.times = HomingTimes(io.drives, HomingTime(io.settings.homing_s, "cia402.homing_s"))
 
     def home(self, groups: Groups) -> Script[Reply]:
         """Home group after group."""
@@ -108,8 +87,8 @@ class Cia402Homing:
         yield from self.read_speeds(group)
         yield from hold(io, OperationMode.HOMING, group)
         io.last_command = "HOME"
-        ranges = {drive: self._range(drive) for drive in group}
-        times = {drive: self._time(drive) for drive in group}
+        ranges = {drive: io.limits.ranges[drive.motor] for drive in group}
+        times = {drive: self.times.time(drive) for drive in group}
         search = HomingSearch(ranges, 1.0, io.listened, times)
         reply = yield from lead(io, None, *_searching(io, search, group))
         if isinstance(reply, Done):
@@ -146,7 +125,12 @@ class Cia402Homing:
         known = [drive for drive in group if drive.speed_unit_hz]
         for result in (yield from self._io.obtain(dict.fromkeys(known, HOMING_OBJECTS))):
             written = {each.place: each.value for each in self._writes(result.drive)}
-            self._values[result.drive] = {**result.values, **written}
+            values = self._values[result.drive] = {**result.values, **written}
+            speeds, motor = _speeds_of(result.drive, values), result.drive.motor
+            self.times.forget(result.drive)
+            if speeds is not None:
+                lasts_s = speeds.lasts_s(self._io.limits.ranges[motor])
+                self.times.note(result.drive, speeds.fastest_hz, lasts_s)
 
 
 def _searching(

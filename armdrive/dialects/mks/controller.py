@@ -179,7 +179,7 @@ class MksController(ScriptRunner[Event]):
 
         A drive that does not report its speed may go on for all the time that the arm file allows.
         """
-        found = self._homing.estimate(request.groups)
+        found = self._homing.times.estimate(request.groups)
         rate_hz, is_known = found.rate_hz, math.isfinite(found.rate_hz)
         brakes_s = rate_hz / HOMING_SLOPE if is_known else 0.0
         if not (is_known and self.watched):

@@ -5,7 +5,6 @@ A drive that has found it counts from zero there by itself. Nothing here sets a 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Sequence
 
 from armdrive.dialects.bus.drives import (
@@ -17,11 +16,10 @@ from armdrive.dialects.bus.drives import (
 )
 from armdrive.dialects.bus.homing import (
     Groups,
-    HomingEstimate,
     HomingSearch,
     HomingStatus,
+    HomingTimes,
     home_in_groups,
-    homing_estimate,
 )
 from armdrive.dialects.controller import OVERTRAVEL, HomingTime
 from armdrive.dialects.mks.contact import OWN_ID, adopt_positions, stall_words, stalled_among
@@ -77,25 +75,7 @@ class MksHoming:
         self._io = io
         self._ranges = dict(zip(io.drives, ranges, strict=True))
         """How far each motor turns, in counts, between its joints' limits."""
-        self._rates_hz: dict[MksDrive, float] = {}
-        """The homing speed that each drive reported, in counts a second."""
-
-    def estimate(self, groups: Groups) -> HomingEstimate:
-        """Return how fast some groups' drives home, and how long, ramps excluded."""
-        return homing_estimate(groups, self._io.drives, self._rate_hz, self._time)
-
-    def _rate_hz(self, drive: MksDrive) -> float:
-        return self._rates_hz.get(drive, math.inf)
-
-    def _time(self, drive: MksDrive) -> HomingTime:
-        """Return how long a drive turns through its range, at whose end its switch stands.
-
-        A drive that stands on its switch turns away and back, within the part beyond the limits.
-        """
-        rate_hz = self._rates_hz.get(drive)
-        if rate_hz is None:
-            return HomingTime(self._io.settings.homing_s, "mks.homing_s")
-        return HomingTime(OVERTRAVEL * self._ranges[drive] / rate_hz)
+        self.times = HomingTimes(io.drives, HomingTime(io.settings.homing_s, "mks.homing_s"))
 
     def home(self, groups: Groups) -> Script:
         """Home group after group."""
@@ -112,7 +92,7 @@ class MksHoming:
             drive.homes, drive.state, drive.homing = True, None, None
         answers = yield from io.ask(dict.fromkeys(drives, Home()), tries=1, text="HOME")
         ranges = {drive: self._ranges[drive] for drive in drives}
-        times = {drive: self._time(drive) for drive in drives}
+        times = {drive: self.times.time(drive) for drive in drives}
         search = HomingSearch(ranges, COUNTS_PER_TURN, io.listened, times)
         for drive, answer in answers.items():
             if answer == Status(Code.HOME, Outcome.FAILED):
@@ -184,14 +164,19 @@ class MksHoming:
         return RequestRejected(off.two_zeros)
 
     def read_speeds(self, drives: Collection[MksDrive]) -> MksScript[None]:
-        """Learn how fast drives home, from those that report their settings."""
+        """Learn how fast drives home, from those that report their settings.
+
+        A drive turns through its range, at whose end its switch stands. One that stands on its
+        switch turns away and back, within the part beyond the limits.
+        """
         if not self._io.can(Ability.READ_SETTINGS):
             return
         found = yield from self._io.read(ReadSetting(Code.HOMING), drives)
         for drive in drives:
-            self._rates_hz.pop(drive, None)
+            self.times.forget(drive)
             if isinstance(setting := setting_of(found.get(drive)), SetHoming):
-                self._rates_hz[drive] = max(setting.speed_rpm, 1) * COUNTS_S_PER_RPM
+                rate_hz = max(setting.speed_rpm, 1) * COUNTS_S_PER_RPM
+                self.times.note(drive, rate_hz, OVERTRAVEL * self._ranges[drive] / rate_hz)
 
 
 def _status(drive: MksDrive) -> HomingStatus:
