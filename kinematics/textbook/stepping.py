@@ -78,7 +78,7 @@ def step_axis(subject: Subject, values: tuple[float, ...], axis: int, by: float)
 def _by_branch(
     subject: Subject, system: System, values: tuple[float, ...], axis: int, by: float
 ) -> Stepped:
-    """Solve for the next goal, and take the branch that the posture is on.
+    """Solve for the next goal, and take the branch nearest to the posture.
 
     A system with fewer joints than coordinates has its tip on a surface, and goes to the place of
     the surface nearest to the goal.
@@ -96,9 +96,7 @@ def _by_branch(
         found = system.ik(error.nearest, values)
     except KinematicsError as error:
         return Stepped(values, str(error))
-    on = before.branches[before.here].name if before.here is not None else ""
-    named = [branch for branch in found if branch.name == on]
-    taken = min(named or found, key=lambda branch: _furthest(subject.chain, values, branch))
+    taken = min(found, key=lambda branch: _furthest(subject.chain, values, branch))
     if taken.violations:
         broken = "; ".join(map(violation_text, taken.violations))
         return Stepped(values, f"not within the limits on {taken.name}: {broken}")

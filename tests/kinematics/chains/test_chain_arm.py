@@ -4,7 +4,7 @@ import dataclasses
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from kinematics_cases import (
     MINI,
@@ -86,11 +86,16 @@ def test_beyond_the_reach_or_a_limit_there_is_nothing(arm):
 
 
 @EITHER
-@given(turns=st.tuples(*[st.floats(-0.02, 0.02)] * 5), bend=st.floats(0.003, 0.03))
-def test_a_straight_elbow_at_its_limit_can_be_left(arm, turns, bend):
-    straight = (0.1, 0.3, arm.limits[2].high_rad, 0.2, 0.1)
-    base, shoulder, _, *wrist = (a + b for a, b in zip(straight, turns, strict=True))
-    goal = arm.fk(arm.joints_of((base, shoulder, straight[2] - bend, *wrist)))
+@given(
+    shoulder=st.just(0.3),
+    turns=st.tuples(*[st.floats(-0.02, 0.02)] * 5),
+    bend=st.floats(0.003, 0.03),
+)
+@example(shoulder=MINI.limits[1].low_rad, turns=(0.0, 0.01, 0.0, 0.0, 0.0), bend=0.02)
+def test_a_straight_elbow_at_its_limit_can_be_left(arm, shoulder, turns, bend):
+    straight = (-0.2, shoulder, arm.limits[2].high_rad, -0.6, -0.6)
+    base, up, _, *wrist = (a + b for a, b in zip(straight, turns, strict=True))
+    goal = arm.fk(arm.joints_of((base, up, straight[2] - bend, *wrist)))
     found = arm.solve_near(goal, arm.joints_of(straight))
     assert same_pose(arm.fk(found), goal, mm=1e-4, rad=1e-5)
     assert not arm.violations(found)

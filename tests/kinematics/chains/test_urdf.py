@@ -299,7 +299,10 @@ def test_names_are_made_words_that_calls_can_use():
     ],
 )  # fmt: skip
 def test_what_is_not_used_is_named(text, said):
-    assert any(said in sentence for sentence in read_urdf(text).unused)
+    arm = read_urdf(text)
+    assert any(said in sentence for sentence in arm.unused)
+    if "limits" in said:
+        assert arm.chain.limits[1] == (-math.inf, math.inf)
 
 
 # What is refused.

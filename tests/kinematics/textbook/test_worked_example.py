@@ -76,6 +76,7 @@ OWN = Chain(LINKS, name="own")
 def test_any_chain_is_solved_by_numbers():
     example = work(own())
     assert example.branches == ()
+    assert example.here is None
     assert example.solution.ok
     assert example.frame == OWN.fk(example.values)
     text = whole_text(example)
