@@ -139,6 +139,15 @@ def test_rounding_moves_no_motor_by_more_than_half_a_step_of_its_own(transmissio
         assert abs(own - wanted) <= 0.5 + 1e-9
 
 
+@given(some_postures, openings)
+def test_a_motor_that_counts_backward_stands_at_the_opposite_steps(joints, opening):
+    signs = (1, -1, -1, 1, 1, 1)
+    exact = CABLES.to_exact(joints, opening)
+    expected = [sign * steps for sign, steps in zip(signs, exact, strict=True)]
+    turned = CABLES.with_signs(motors=signs)
+    assert turned.to_exact(joints, opening) == pytest.approx(expected)
+
+
 @given(some_postures, openings, st.floats(-2.6, 0.0))
 def test_moving_the_elbow_leaves_the_opening_exactly_as_it_was(joints, opening, elbow):
     before = CABLES.to_motors(joints, opening)

@@ -24,6 +24,7 @@ from armdrive.render.scene import (
 from kinematics import Joints, preset
 from kinematics.five_axis.workspace import section
 from kinematics.frames.rotations import from_columns, multiply, rot_y, rot_z, rotate, transpose
+from kinematics.limits import sampled
 
 MODEL = preset("teachmover")
 
@@ -252,3 +253,7 @@ def test_the_outline_of_any_other_arm_is_within_its_dome_and_not_far_from_it():
     assert 0.75 * whole.reach_mm < max(reached) <= whole.reach_mm
     heights = [z for _, z in curve]
     assert heights == sorted(heights)
+    for angles in sampled([(one.low_rad, one.high_rad) for one in arm.limits], 200):
+        x, y, z = arm.points(Joints(angles, arm.joint_names))[-1]
+        beside = min(curve, key=lambda point: abs(point[1] - z))
+        assert math.hypot(x, y) <= beside[0] + 0.15 * whole.reach_mm
