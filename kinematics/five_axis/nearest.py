@@ -9,7 +9,7 @@ two candidates are enough.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -174,30 +174,16 @@ def nearest(arm: Dimensions, pose: Pose, seed: Joints | None = None) -> Nearest:
     """Return the reachable pose nearest in position to `pose`, with its pitch and roll.
 
     If no posture within limits has this roll, the result has the nearest roll that the wrist can
-    take. If none has this pitch, the result has the nearest possible pitch, and the nearest
-    position at that pitch.
+    take. If none has this pitch, the result has the nearest pitch that can be held, in steps of a
+    degree, and the nearest position at that pitch.
     """
     near = seed.angles_rad if seed else (0.0,) * len(arm.limits)
-
-    def held(change: float) -> Nearest | None:
-        turned = replace(pose, pitch_rad=wrap(pose.pitch_rad + change)) if change else pose
-        return _held(arm, turned, near)
-
-    found = held(0.0)
+    found = _held(arm, pose, near)
     changes = (sign * math.radians(step) for step in range(1, 181) for sign in (1.0, -1.0))
-    while found is None:
-        change = next(changes)  # an arm holds its hand at some pitch
-        found = held(change) and _first_held(held, change)
+    while found is None:  # an arm holds its hand at some pitch
+        pitch = wrap(pose.pitch_rad + next(changes))
+        found = _held(arm, replace(pose, pitch_rad=pitch), near)
     return found
-
-
-def _first_held(held: Callable[[float], Nearest | None], change: float) -> Nearest | None:
-    """Return what is held at the least change within the last degree of this one."""
-    refused = change - math.copysign(math.radians(1.0), change)
-    for _ in range(32):
-        middle = (refused + change) / 2.0
-        refused, change = (refused, middle) if held(middle) else (middle, change)
-    return held(change)
 
 
 def _held(arm: Dimensions, pose: Pose, near: tuple[float, ...]) -> Nearest | None:
