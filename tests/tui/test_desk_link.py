@@ -9,33 +9,46 @@ from desk_session import Session
 from armdrive import Arm
 from armdrive.status import Current, State, Trust
 
+PULLED = {"state": State.DISCONNECTED, "error": "the cable was pulled"}
 
-async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
-    async with Session() as session:
+
+async def test_a_lost_link_disarms_closes_a_question_and_refuses_every_key_until_it_is_back():
+    """It says how to get the arm back, and once."""
+    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
+        await session.keys("H")
+        session.arm.set(**PULLED)
+        await session.poll()
+        assert len(session.desk.screen_stack) == 1
+        session.arm.set(state=State.STANDBY, error="", trust=Trust.SUSPECT)
+        await session.poll()
         await session.arm_keys()
-        lost = {"state": State.DISCONNECTED, "trust": Trust.SUSPECT, "trust_reason": "it moved"}
-        session.arm.set(**lost, error="the cable was pulled")
+        session.arm.set(**PULLED)
         await session.poll()
-        assert "LINK LOST  the cable was pulled" in session.text("banner")
+        session.shows("lost", state="LINK LOST  the cable was pulled. Press L. ctrl+q leaves.")
+        session.shows("lost", not_messages="let go of a key")
         assert not session.screen.query_one("#near").display, "an empty panel"
-        assert "armed:" not in session.text("messages")
-        assert "Press L. ctrl+q leaves." in session.text("banner")
-        assert not session.desk.current.armed
-        await session.press("enter", after_s=5.0)
-        assert not session.desk.current.armed
+        assert not session.screen.armed
         session.arm.calls.clear()
-        for _ in range(30):  # a key that was held as the link broke
-            await session.press("q", after_s=0.2)
+        for key in ("H", "C", "P", "R", "enter", *["q"] * 5):
+            session.desk.message = ""
+            await session.press(key, after_s=5.0)
+            await session.settle()
+            session.shows(key, messages="press L")
+            assert len(session.desk.screen_stack) == 1
         assert session.arm.calls == []
-        assert "no key moves it: press L" in session.text("messages")
-        lost = "the cable is unplugged: plug it in and call `reconnect()`"
-        session.arm.set(state=State.DISCONNECTED, error=lost, error_code="E407")
+        session.arm.set(error="the cable is unplugged: plug it in and call `reconnect()`")
         await session.poll()
-        said = "LINK LOST  [E407] the cable is unplugged: plug it in and press L. ctrl+q leaves."
-        assert said in session.text("banner"), "it says once how to get the arm back"
+        said = "LINK LOST  the cable is unplugged: plug it in and press L. ctrl+q leaves."
+        session.shows("with its own remedy", state=said)
+        await session.press("L")
+        await session.settle()
+        session.shows("L", state="ERROR  [E409]", messages="nothing was moved", footer="R reset")
+        session.shows("L", state="look at the arm, then press R. That moves nothing.")
+        assert session.text("trust").endswith("position restored")
+        await session.press("q", after_s=5.0)
+        assert session.arm.asked("nudge") == []
         await session.press("ctrl+q")
-    assert session.desk.return_value == 0
-    assert session.desk.return_code == 0
+    assert session.desk.return_value == session.desk.return_code == 0
 
 
 def stop_elsewhere(arm):
@@ -129,51 +142,27 @@ async def test_a_lost_link_promises_no_stop_and_says_how_the_arm_ends():
     async with Session(FakeArm(simulated=False)) as session:
         for screen, dialect, sooner in QUICKER:
             await session.press(screen)
-            assert "space" in session.text("footer")
             session.arm.set(
-                dialect=dialect, state=State.DISCONNECTED, error="the cable was pulled",
-                silent_time_s=0.312, silent_distance_mm=20.1,
+                **PULLED, dialect=dialect, silent_time_s=0.312, silent_distance_mm=20.1,
                 trust=Trust.SUSPECT, trust_reason="it was moving",
             )  # fmt: skip
             await session.poll()
             for key in ("", "space"):
-                if key:
-                    await session.press(key)
-                    await session.settle()
+                await session.keys(key)
                 said = session.text("messages")
                 assert said.startswith(sooner)
                 assert said.count(" stops faster") == 1
-                assert "ends by itself" not in said, "the safety panel says it"
                 assert "at any time" not in said
                 assert "asked for" not in said
-                assert "space" not in session.text("footer")
-                assert session.text("trust").endswith("position suspect: it was moving")
-                assert session.text("stopping").startswith(
-                    "NO STOP REACHES IT; it ends by itself within 21 mm, 0.32 s"
+                session.shows(key, not_footer="space", trust="position suspect: it was moving")
+                session.shows(
+                    key, stopping="NO STOP REACHES IT; it ends by itself within 21 mm, 0.32 s"
                 )
             assert session.arm.asked("stop"), "and yet the driver is told"
             session.arm.calls.clear()
             session.arm.set(state=State.STANDBY, error="")
             await session.poll()
-            assert session.text("stopping").startswith("a stop takes up to 14 mm, 0.21 s")
-            assert "space" in session.text("footer")
-
-
-async def test_a_lost_link_closes_a_question_and_refuses_what_needs_an_arm():
-    """It says how to get the arm back."""
-    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
-        await session.press("H")
-        assert len(session.desk.screen_stack) == 2
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
-        assert len(session.desk.screen_stack) == 1
-        for key in ("H", "C", "P", "R", "enter", "w"):
-            session.desk.message = ""
-            await session.press(key, after_s=5.0)
-            await session.settle()
-            assert "press L" in session.text("messages"), key
-            assert len(session.desk.screen_stack) == 1
-        assert session.arm.calls == []
+            session.shows("back", stopping="a stop takes up to 14 mm, 0.21 s", footer="space")
 
 
 IMMOBILE_FOR = [
@@ -205,26 +194,6 @@ async def test_a_state_in_which_nothing_can_move_disarms_and_says_how_to_leave_i
             await session.poll()
             await session.press("q", after_s=5.0)
             assert session.arm.calls == []
-
-
-async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next():
-    async with Session(FakeArm(simulated=False)) as session:
-        await session.arm_keys()
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
-        assert "Press L. ctrl+q leaves." in session.text("banner")
-        await session.press("L")
-        await session.settle()
-        assert "ERROR  [E409]" in session.text("banner")
-        assert session.text("banner").endswith("look at the arm, then press R. That moves nothing.")
-        said = session.text("messages")
-        assert "nothing was moved" in said
-        assert session.text("trust").endswith("position restored")
-        assert "R reset" in session.text("footer")
-        assert not session.desk.current.armed
-        await session.press("q", after_s=5.0)
-        assert session.arm.asked("nudge") == []
-        assert session.desk.is_running
 
 
 ENDED_IN = {

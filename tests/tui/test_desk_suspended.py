@@ -147,7 +147,7 @@ async def test_nothing_that_was_typed_into_a_suspended_desk_moves_the_arm(before
                 await session.type("C")  # what an arrow has begun is at an end
 
 
-async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
+async def test_a_key_behind_a_suspension_or_a_wait_disarms_and_the_desk_says_why():
     async with Suspended() as session:
         await session.arm_again()
         await session.suspend(0.2, told=True)
@@ -158,9 +158,16 @@ async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
         await session.type("w")
         await session.pass_by(POLL_S)
         assert len(session.arm.asked("nudge")) == 1
+        await holding(session)
+        await session.suspend(0.5, told=False)
+        session.desk.input.alive()
+        assert session.arm.calls == [("release",)], "what was held ends, whatever comes next"
+        await session.type("w")
+        assert "kept waiting for 0.5 s" in session.text("messages")
+        assert not session.screen.armed
 
 
-async def test_a_key_that_is_dropped_is_never_dropped_without_a_word():
+async def test_a_key_that_is_dropped_is_said_and_a_stop_is_never_dropped():
     async with Suspended() as session:
         await session.suspend(2.0, told=False)
         await session.type("\r")
@@ -171,6 +178,9 @@ async def test_a_key_that_is_dropped_is_never_dropped_without_a_word():
         await session.pass_by(1.0)
         await session.type("\r")
         assert session.screen.armed
+        await session.suspend(3.0, told=True)
+        await session.type("ww ")
+        assert session.arm.asked("stop")
 
 
 async def test_a_desk_that_took_long_to_start_takes_the_first_key():
@@ -180,25 +190,6 @@ async def test_a_desk_that_took_long_to_start_takes_the_first_key():
         session.desk.input.fresh.begin()
         await session.type("\r")
         assert session.screen.armed
-
-
-async def test_a_key_that_a_desk_was_kept_from_disarms_and_the_desk_says_why():
-    async with Suspended() as session:
-        await session.arm_again()
-        await holding(session)
-        await session.suspend(0.5, told=False)
-        session.desk.input.alive()
-        assert session.arm.calls == [("release",)], "what was held ends, whatever comes next"
-        await session.type("w")
-        assert "kept waiting for 0.5 s" in session.text("messages")
-        assert not session.screen.armed
-
-
-async def test_a_stop_that_was_typed_meanwhile_counts():
-    async with Suspended() as session:
-        await session.suspend(3.0, told=True)
-        await session.type("ww ")
-        assert session.arm.asked("stop")
 
 
 async def test_no_goal_is_confirmed_by_what_was_typed_meanwhile():
@@ -343,7 +334,7 @@ async def test_no_letter_of_a_paste_but_the_first_does_anything_and_alone_each_d
             assert said in show(part), key
 
 
-async def test_what_follows_a_paste_in_pieces_is_dropped_until_there_is_a_silence():
+async def test_what_follows_a_paste_is_dropped_until_there_is_a_silence_and_no_held_key_is_one():
     async with Pasted(PlannerArm()) as session:
         await session.type("xy")
         for _ in range(4):
@@ -352,6 +343,10 @@ async def test_what_follows_a_paste_in_pieces_is_dropped_until_there_is_a_silenc
             assert session.title("tip") == "Tip"
             assert "press again" in session.text("messages")
         await session.pass_by(SILENCE_S + 0.1)
+        for gap_s in (0.4, 0.015, 0.015):  # the fastest keyboards repeat as soon
+            await session.type("]")
+            await session.pass_by(gap_s)
+        assert "step [20" in session.text("stopping")
         await session.type("m")
         assert session.title("tip") == "Tip, Cartesian"
 
@@ -365,16 +360,6 @@ async def test_letters_that_are_typed_may_come_at_once_and_a_line_end_with_them_
         assert session.screen.typing.text == "250"
         await session.paste("")
         assert session.arm.asked_for == []
-
-
-async def test_a_key_that_follows_the_last_repeat_of_a_held_one_counts():
-    async with Pasted(PlannerArm()) as session:
-        for gap_s in (0.4, 0.015, 0.015):  # the fastest keyboards repeat as soon
-            await session.type("]")
-            await session.pass_by(gap_s)
-        assert "step [20" in session.text("stopping")
-        await session.type("m")
-        assert session.title("tip") == "Tip, Cartesian"
 
 
 GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)

@@ -64,12 +64,6 @@ def memory(tmp_path):
     return path
 
 
-def test_what_was_left_is_there_again(tmp_path):
-    left = DeskMemory("light", True, {"real bench": SET})
-    remember(tmp_path / "desk.json", left)
-    assert recall(tmp_path / "desk.json") == left
-
-
 DAMAGED = (
     "",
     "{",
@@ -174,14 +168,11 @@ def test_the_facts_are_three_lines_and_know_what_the_arm_feels():
     assert "reference (H)" in facts[2]
 
 
-async def test_the_key_goes_round_all_looks_and_an_unknown_one_is_the_first():
+async def test_the_key_goes_round_all_looks():
     async with Session() as session:
-        seen = []
-        for _ in LOOKS:
-            seen.append(session.desk.theme)
+        for theme, _ in (*LOOKS.values(), LOOKS["dark"]):
+            assert session.desk.theme == theme
             await session.press("T")
-        assert sorted(seen) == sorted(theme for theme, _ in LOOKS.values())
-        assert session.desk.theme == seen[0]
 
 
 @pytest.mark.parametrize(
@@ -224,8 +215,7 @@ SPOKEN = {"home": "reference", "origin": "reference", "zero": "reference", "park
 
 
 async def test_the_palette_knows_the_words_that_people_use_and_does_rows_of_other_screens():
-    async with Session(busy_arm()) as session:
-        await session.press("f7")
+    async with Session(busy_arm(), first="log") as session:
         offered = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
         for word, row in SPOKEN.items():
             assert any(word in title and title.startswith(f"{row} (") for title in offered), word

@@ -72,40 +72,18 @@ class Session(AppSession):
 async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
     async with Session(FakeHolder()) as session:
         assert "WATCHING sim" in session.text("title")
-        await session.hear(status_view(FakeArm().status))
+        view = status_view(FakeArm().status)
+        await session.hear(view)
         assert session.text("title").startswith("SIMULATED, WATCHED: sim (TeachMover)")
         shown = session.everything
         for word in ("READY", "shoulder", "60.0°", "referenced", "38.0 mm open", "14 mm, 0.21 s"):
             assert word in shown
         assert session.text("footer").startswith("space STOP")
-        await session.hear(
-            {**status_view(FakeArm().status), "program": {"file": "stack.arm", "line": 12}}
-        )
-        assert "program   stack.arm, line 12" in session.text("watched")
-        await session.hear({**status_view(FakeArm().status), "program": {}})
-        assert "program" not in session.text("watched")
-        await session.hear(status_view(FakeArm(state=State.DISCONNECTED).status))
-        assert "NO STOP REACHES IT" in session.text("stopping")
-        await session.hear(status_view(FakeArm(**unknown_position()).status))
-        assert session.text("trust").endswith(
-            "position unknown: no position of this arm has been saved"
-        )
-        assert "joints" not in session.text("watched")
-
-
-async def test_the_line_of_a_program_that_runs_is_shown():
-    async with Session(FakeHolder()) as session:
-        view = status_view(FakeArm().status)
         await session.hear({**view, "program": {"file": "stack", "line": 7, "text": "grip 20"}})
         assert session.text("program") == "7  grip 20"
-        await session.hear({**view, "program": {}})
-        assert not session.app.screen.query_one("#program").display
-
-
-async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_off():
-    async with Session(FakeHolder()) as session:
-        view = status_view(FakeArm(error="the elbow slipped", notice="it is warm").status)
-        await session.hear({**view, "program": {"file": "stack.arm", "line": 12}})
+        worse = status_view(FakeArm(error="the elbow slipped", notice="it is warm").status)
+        await session.hear({**worse, "program": {"file": "stack.arm", "line": 12}})
+        # above what a small terminal cuts off
         assert session.text("watched").splitlines()[:5] == [
             "speed     100%",
             "program   stack.arm, line 12: ",
@@ -113,6 +91,17 @@ async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_of
             "error     the elbow slipped",
             "motors    on: they hold the arm",
         ]
+        await session.hear({**view, "program": {}})
+        assert "program" not in session.text("watched")
+        assert not session.app.screen.query_one("#program").display
+        await session.hear(status_view(FakeArm(state=State.DISCONNECTED).status))
+        assert "NO STOP REACHES IT" in session.text("stopping")
+        await session.hear(status_view(FakeArm(**unknown_position()).status))
+        assert session.text("trust").endswith("unknown: no position of this arm has been saved")
+        assert "joints" not in session.text("watched")
+        await session.press("ctrl+q")
+    assert session.app.return_value == 0
+    assert session.holder.asked == [], "leaving stops nothing"
 
 
 ASKED = [
@@ -124,7 +113,7 @@ ASKED = [
 ]
 
 
-async def test_every_key_asks_for_its_own_and_no_more():
+async def test_every_key_asks_for_its_own_and_says_what_was_refused_or_not_received():
     async with Session(FakeHolder()) as session:
         for key, request in ASKED:
             session.holder.asked.clear()
@@ -134,10 +123,6 @@ async def test_every_key_asks_for_its_own_and_no_more():
                 session.now_s += QUIET_S + 0.1
                 await session.look()
             assert session.holder.asked == [request]
-
-
-async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
-    async with Session(FakeHolder()) as session:
         session.holder.answer = {"error": "nothing is paused"}
         await session.press("p")
         assert "nothing is paused" in session.text("messages")
@@ -152,14 +137,15 @@ async def test_what_was_refused_or_not_received_is_said_with_what_to_do():
         assert [words["percent"] for _, words in session.holder.asked] == [75, 25]
 
 
-@pytest.mark.parametrize(
-    ("last", "why"),
-    [
-        (END, "released the arm"),
-        (ArmError("it fell silent"), "it fell silent"),
-        (HolderError("16 programs watch"), "16 programs watch"),
-    ],
-)
+ENDS = [
+    (END, "released the arm"),
+    (ArmError("it fell silent"), "it fell silent"),
+    (HolderError("16 programs watch"), "16 programs watch"),
+    ({"state": "moving"}, "another version of armdrive"),
+]
+
+
+@pytest.mark.parametrize(("last", "why"), ENDS)
 async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
     async with Session(FakeHolder()) as session:
         await session.hear(status_view(FakeArm().status))
@@ -171,19 +157,11 @@ async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
         assert "shoulder" in session.text("watched")
         assert session.text("footer").strip() == "^q quit"
         assert session.text("messages") == ""
-        await session.press("p")
         await session.press("minus")
         assert session.text("messages").startswith("no key but ctrl+q does anything: ")
         assert session.holder.asked == []
         await session.press("space")
         assert session.holder.asked == [("stop", {})]
-
-
-async def test_leaving_stops_nothing():
-    async with Session(FakeHolder()) as session:
-        await session.press("ctrl+q")
-    assert session.app.return_value == 0
-    assert session.holder.asked == []
 
 
 async def test_an_arm_that_is_really_held_is_watched_and_stopped():
@@ -206,10 +184,3 @@ async def test_an_arm_that_is_really_held_is_watched_and_stopped():
 
 
 # What is said of an arm that another program drives.
-
-
-async def test_reports_of_another_version_are_said_and_end_the_watching():
-    holder = FakeHolder({"state": "moving"})
-    async with Session(holder) as session:
-        await session.seen(lambda: session.app.ended)
-        assert "another version of armdrive" in session.text("state")

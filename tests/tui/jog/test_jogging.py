@@ -273,6 +273,12 @@ async def test_a_gripper_preset_moves_the_fingers_once_the_keys_are_armed():
             await session.once(key)
             assert session.arm.asked("open") == [("open", opening_mm, 0.25)]
             assert not session.screen.armed
+        await session.arm_keys()
+        await session.press("1")
+        session.screen.hand.disarm("the arm is in error-stop")
+        session.clock.now_s += 1.0
+        await session.settle()
+        assert len(session.arm.asked("open")) == 1, "the keys were disarmed meanwhile"
 
 
 async def test_the_arm_is_parked_only_after_a_yes():

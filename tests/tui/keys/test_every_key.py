@@ -19,7 +19,7 @@ from armdrive.moves import Jog
 from armdrive.status import State, status_view
 from kinematics.textbook.study import subject_of_system
 from kinematics.textbook.systems import system
-from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, bindings, keyboard_of
+from tui.keys.keyboard import DEFAULT_KEYS, KEYS_OFFERED, keyboard_of
 from tui.keys.layouts import LAYOUTS
 from tui.keys.presses import ASKED_FOR_S, QUIET_S, Confirmation, Freshness
 from tui.keys.table import JOG_PAIRS, SCREENS, TABLE
@@ -127,8 +127,7 @@ async def test_every_key_of_the_table_leads_to_the_deed_of_its_row(name):
 
 
 TYPED_INTO = [
-    (PlannerArm, ["f3 2 5", "f3 2 5 enter", "f4 t a", "ctrl+p", "ctrl+p r e s",
-                  "ctrl+p f down down", "f2 question_mark"]),
+    (PlannerArm, ["f3 2 5 enter", "f4 t a", "ctrl+p f down down", "f2 question_mark"]),
     (busy_arm, ["f7 slash a", "f7 enter"]),
 ]  # fmt: skip
 
@@ -154,46 +153,14 @@ async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(mak
 # The key table is complete, free of clashes, and the source of bindings, footer and help.
 
 
-ALL_PLACES = ["", *PLACES]
-
-
-@every_row("place", ALL_PLACES)
-def test_no_key_does_two_things_at_one_place(place):
-    # what counts in dialogs need not differ from the screens': nothing goes through a dialog
-    places = (place, "") if place in PLACES_OF_SCREENS else (place,)
-    keys = [key for each in places for binding in bindings(each) for key in binding.key.split(",")]
-    assert len(keys) == len(set(keys))
-
-
-def test_nothing_anywhere_takes_a_key_that_works_everywhere():
-    everywhere = {key for row in TABLE if row.everywhere for key in row.all_keys}
-    assert not everywhere & {key for row in TABLE if not row.everywhere for key in row.all_keys}
-
-
-def test_every_row_becomes_bindings():
-    made = {binding.id for place in ALL_PLACES for binding in bindings(place)}
-    assert sorted(made) == sorted(name for row in TABLE for name, *_ in row.bound)
-
-
-def test_stopping_and_quitting_work_everywhere():
-    everywhere = {row.id for row in TABLE if row.everywhere}
-    assert everywhere == {"stop", "quit"}
-    assert {"space", "escape"} <= set(DEFAULT_KEYS.of("stop"))
-
-
 @every_row("place", [entry.id for entry in SCREENS])
-def test_the_line_of_keys_begins_with_the_stop_and_never_runs_over(place):
-    rows = DEFAULT_KEYS.next_keys(place)
+def test_the_line_of_keys_and_the_help_are_made_from_the_table(place):
+    rows, line = DEFAULT_KEYS.next_keys(place), KeyLine(id="keys")
     assert len(rows) <= KEYS_OFFERED
-    line = KeyLine(id="keys")
     for width in (12, 40, 80, 120, 300):
         line.show_keys(rows, width)
         assert line.shown.startswith("space STOP")
         assert len(line.shown.rstrip()) <= width
-
-
-@every_row("place", [entry.id for entry in SCREENS])
-def test_the_help_begins_with_jogging_and_names_every_key(place):
     listed = "\n".join(DEFAULT_KEYS.help(place, JOG_PAIRS))
     assert listed.startswith("Move the arm, on the jog screen (f2)")
     for row in TABLE:
@@ -303,13 +270,6 @@ def test_only_keys_that_were_typed_before_a_stop_are_overtaken():
 # Other keyboards, and that the desk then hears their keys.
 
 
-@every_row("layout", LAYOUTS)
-def test_a_layout_gives_every_axis_keys_and_takes_none_away(layout):
-    keyboard = keyboard_of(layout)
-    assert {row.id for row in keyboard.rows} == {row.id for row in TABLE}
-    assert all(row.keys for row in keyboard.rows)
-
-
 def test_qwerty_is_the_table_and_so_is_a_layout_that_was_never_known():
     assert keyboard_of("qwerty") == keyboard_of("") == keyboard_of("azery") == DEFAULT_KEYS
 
@@ -317,15 +277,17 @@ def test_qwerty_is_the_table_and_so_is_a_layout_that_was_never_known():
 @every_row("layout", LAYOUTS)
 def test_no_key_of_a_layout_does_two_things_at_one_place(layout):
     keyboard = keyboard_of(layout)
-    for place in ALL_PLACES:
-        keys = [key for row in keyboard.rows if _counts_at(row, place) for key in row.all_keys]
+    assert [row.id for row in keyboard.rows] == [row.id for row in TABLE]
+    for place in ("", *PLACES):
+        # what counts in dialogs need not differ from the screens': nothing goes through a dialog
+        on_screen = place in PLACES_OF_SCREENS
+        rows = (
+            r
+            for r in keyboard.rows
+            if r.counts_at(place) or r.everywhere or (on_screen and not r.places)
+        )
+        keys = [key for row in rows for key in row.all_keys]
         assert len(keys) == len(set(keys)), place
-
-
-def _counts_at(row, place):
-    """Return whether the keys of a row have an effect on a screen or in a dialog."""
-    of_every_screen = not row.places and place in PLACES_OF_SCREENS
-    return row.counts_at(place) or row.everywhere or of_every_screen
 
 
 async def test_the_desk_hears_and_shows_the_keys_of_the_layout():

@@ -34,16 +34,18 @@ class MoveSession(Session):
         return move
 
 
-async def test_a_click_chooses_a_field_and_takes_a_first_press_back():
+async def test_fields_are_chosen_by_keys_or_a_click_and_typed_over():
     async with MoveSession(size=(120, 40)) as session:
         await session.keys("'250 enter")
         assert session.desk.confirmation.effect
         await session.pilot.click("#fields", offset=(4, 2))
         await session.settle()
         session.shows("a click", fields="> z")
-        assert not session.desk.confirmation.effect
-        await session.keys("'120")
-        assert [session.field(name) for name in "xyz"] == ["250", "", "120"]
+        assert not session.desk.confirmation.effect, "a first press is taken back"
+        await session.burst("'120 up '80 up '3 '1")
+        assert [session.field(name) for name in "xyz"] == ["31", "80", "120"]
+        await session.keys("down backspace")
+        assert session.field("y") == ""
 
 
 async def test_a_pose_is_typed_foreseen_confirmed_and_gone_to():
@@ -130,9 +132,10 @@ async def test_joints_are_typed_in_the_other_mode_and_their_nearest_too():
             [
                 ("m down '300", {"goal": "JOINTS", "foreseen": "REFUSED"}),
                 ("n", {"not_foreseen": "REFUSED"}),
-                ("delete '-15.5", {"fields": "-15.5_"}),
             ]
         )
+        await session.burst("delete '-15.5")
+        session.shows("typed", fields="-15.5_")
         await session.twice("enter")
         assert isinstance(session.goal, JointMove)
         assert session.goal.goal == {"base_deg": -15.5}
@@ -158,14 +161,6 @@ async def test_the_arrows_step_a_field_from_where_the_arm_is():
         await session.keys("backspace")
         assert session.field("x") == ""
         assert session.screen.planned.preview is None
-
-
-async def test_what_is_no_number_is_said_and_not_gone_to():
-    async with MoveSession() as session:
-        await session.follow([("'1.2.3", {"foreseen": "'1.2.3' is no number"})])
-        await session.twice("enter")
-        assert session.arm.asked_for == []
-        session.shows("confirmed all the same", messages="nothing to confirm")
 
 
 async def test_a_stop_on_the_way_to_the_arm_ends_the_motion():
@@ -224,16 +219,6 @@ async def test_a_motion_under_way_says_how_it_is_paused_and_stopped():
         session.shows("the end", going="enter twice")
 
 
-async def test_what_stood_in_a_field_is_replaced_by_what_is_typed_next():
-    async with MoveSession() as session:
-        await session.keys("'250 down '80")
-        assert session.field("x") == "250"
-        await session.keys("up '3 '1")
-        assert session.field("x") == "31"
-        await session.keys("down backspace")
-        assert session.field("y") == ""
-
-
 async def test_an_arm_that_may_not_move_now_shows_the_plan_and_says_why():
     arm = PlannerArm()
     arm.hindrance = WrongState("the motors are off: enable them first")
@@ -257,13 +242,16 @@ USELESS = [
     ("b", {"messages": "no other allowed posture"}),
     ("m l", {"messages": "a straight line leads to a pose"}),
     ("F", {"messages": "joint angles have no frame"}),
-    ("up less_than_sign left_square_bracket", {"goal": "< >: speed 25%   [ ]: step 0.1"}),
+    ("less_than_sign left_square_bracket", {"goal": "< >: speed 25%   [ ]: step 0.1"}),
+    ("'1.2.3", {"foreseen": "'1.2.3' is no number"}),
+    ("enter", {"messages": "nothing to confirm"}),
 ]
 
 
-async def test_keys_without_a_use_say_so():
+async def test_keys_without_a_use_and_what_is_no_number_say_so():
     async with MoveSession() as session:
         await session.follow(USELESS)
+        assert session.arm.asked_for == []
 
 
 # -- the form alone ---------------------------------------------------------------------------

@@ -49,14 +49,18 @@ class PointSession(Session):
         return self.point(name).joints.deg["base"]
 
 
-async def test_the_list_shows_points_and_what_is_chosen():
-    async with PointSession() as session:
+async def test_the_list_shows_points_and_a_click_or_a_key_chooses_one():
+    async with PointSession(size=(120, 40)) as session:
         assert session.text("list").split("\n")[0].startswith("> left")
-        for name in ("right", "up"):
-            session.shows(name, list=name)
-        session.shows("a point", chosen="base 30.0°", ahead="takes")
+        session.shows("a point", list="right", chosen="base 30.0°", ahead="takes")
         session.shows("its note", chosen="by the wall")
-        await session.follow([("up", {"list": "> up", "chosen": "base -20.0°"})])
+        await session.press("enter")
+        assert session.desk.confirmation.effect
+        await session.pilot.click("#list", offset=(4, 2))
+        await session.settle()
+        assert session.screen.selection.name == "right"
+        assert not session.desk.confirmation.effect, "a first press is taken back"
+        await session.follow([("down", {"list": "> up", "chosen": "base -20.0°"})])
 
 
 async def test_points_are_renamed_and_deleted_while_the_link_is_lost():
@@ -91,16 +95,6 @@ async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
         session.shows("a point that cannot be gone to", ahead="REFUSED: the shoulder")
         await session.twice("enter")
         assert len(session.arm.asked_for) == 1
-
-
-async def test_a_click_chooses_a_point_and_takes_a_first_press_back():
-    async with PointSession(size=(120, 40)) as session:
-        await session.press("enter")
-        assert session.desk.confirmation.effect
-        await session.pilot.click("#list", offset=(4, 2))
-        await session.settle()
-        assert session.screen.selection.name == "right"
-        assert not session.desk.confirmation.effect
 
 
 NAMING = [
