@@ -106,7 +106,7 @@ async def test_a_small_motion_repaints_a_small_part_of_the_screen():
         assert sum(text.count("\x1b[") for text in app.painted) < 200
 
 
-async def test_the_reach_is_worked_out_beside_the_polls_and_not_too_often():
+async def test_the_reach_is_worked_out_beside_the_polls_and_the_driven_way_is_shown():
     app = Viewer()
     async with app.run_test(size=(120, 40)) as pilot:
         await settled(pilot)
@@ -114,14 +114,19 @@ async def test_the_reach_is_worked_out_beside_the_polls_and_not_too_often():
         turned = Moment(posture(wrist_deg=0.0), 38.0)
         app.view.show(turned)
         await settled(pilot)
-        assert "reach at pitch -80" in app.view.rows[-1]
+        assert "reach at pitch -80" in app.view.rows[-1], "not too often"
         app.clock.now_s += REST_S
         app.view.show(turned)
         await settled(pilot)
         assert "reach at pitch -20" in app.view.rows[-1]
+        for step in range(20):
+            app.view.show(Moment(posture(20.0 - 2.0 * step), 38.0))
+        assert "driven" in app.view.rows[-1]
+        app.view.look(CLEAR)
+        assert "driven" not in app.view.rows[-1]
 
 
-async def test_dragging_orbits_and_the_wheel_zooms():
+async def test_dragging_orbits_the_wheel_zooms_and_another_theme_takes_hold_at_once():
     app = Viewer()
     async with app.run_test(size=(80, 24)) as pilot:
         await settled(pilot)
@@ -134,29 +139,12 @@ async def test_dragging_orbits_and_the_wheel_zooms():
         assert app.view.camera == orbited
         await pilot._post_mouse_events([MouseScrollUp], "#space", button=0)
         assert app.view.camera.zoom == 1
-
-
-async def test_another_theme_and_no_colour_take_hold_at_once():
-    app = Viewer()
-    async with app.run_test(size=(80, 24)) as pilot:
-        await settled(pilot)
         dark = app.view.render_lines(app.view.size.region)
         app.theme = "textual-light"
         await pilot.pause()
         light = app.view.render_lines(app.view.size.region)
         assert [strip.text for strip in light] == [strip.text for strip in dark]
         assert light != dark
-
-
-async def test_the_driven_way_is_shown_and_forgotten_on_request():
-    app = Viewer()
-    async with app.run_test(size=(80, 24)) as pilot:
-        await settled(pilot)
-        for step in range(20):
-            app.view.show(Moment(posture(20.0 - 2.0 * step), 38.0))
-        assert "driven" in app.view.rows[-1]
-        app.view.look(CLEAR)
-        assert "driven" not in app.view.rows[-1]
 
 
 def test_every_key_asks_for_a_look_that_there_is():

@@ -399,14 +399,22 @@ async def test_the_banner_says_what_forbids_motion_and_says_it_once():
         assert [call[0] for call in session.arm.calls if call[0] in ("nudge", "hold")] == []
 
 
-async def test_a_key_that_acts_clears_the_last_message_and_takes_a_first_press_back():
+async def test_a_key_that_acts_clears_the_last_message_and_a_first_press_but_no_repeated_jog_key():
     async with Session() as session:
-        for key in ("m", "right_square_bracket", "v", "question_mark", "question_mark", "f3"):
+        for key in ("m", "right_square_bracket", "v", "question_mark", "question_mark", "f3", "f2"):
             session.desk.say("the last message")
             session.desk.confirmation.press("moves it", session.arm.home)
             await session.press(key)
             assert session.desk.message != "the last message", key
             assert session.desk.confirmation.effect == "", key
+        await session.hold("q")
+        session.desk.disarm("they may be old")
+        session.desk.confirmation.press("moves it", session.arm.home)
+        await session.press(*["q"] * 5)
+        assert session.desk.message == "keys disarmed: they may be old"
+        assert session.desk.confirmation.effect == ""
+        await session.press("q", after_s=3.0)
+        assert session.desk.message == "jog keys move nothing before they are armed"
 
 
 async def test_a_key_that_does_nothing_says_why_and_asks_nothing_of_the_arm():
@@ -423,18 +431,6 @@ async def test_a_key_that_does_nothing_says_why_and_asks_nothing_of_the_arm():
         await session.tap("q", after_s=3.0)
         session.shows("armed", not_messages="move nothing")
         assert session.arm.asked("nudge")
-
-
-async def test_a_jog_key_that_repeats_leaves_the_message_alone():
-    async with Session() as session:
-        await session.hold("q")
-        session.desk.disarm("they may be old")
-        session.desk.confirmation.press("moves it", session.arm.home)
-        await session.press(*["q"] * 5)
-        assert session.desk.message == "keys disarmed: they may be old"
-        assert session.desk.confirmation.effect == ""
-        await session.press("q", after_s=3.0)
-        assert session.desk.message == "jog keys move nothing before they are armed"
 
 
 class SixJointArm(FakeArm):
@@ -480,14 +476,20 @@ async def test_what_moves_the_arm_or_lets_it_sag_is_done_only_after_a_yes(key, a
             assert session.arm.asked("enable") == [("enable",)], "on at once"
 
 
-async def test_refusals_are_sentences_on_the_screen():
-    async with Session(StubbornArm(simulated=False)) as session:
+async def test_refusals_and_flaws_of_calls_are_sentences_and_leave_the_desk_alive():
+    async with Session(Flawed(simulated=False)) as session:
         await session.follow(
             [("R", {"messages": "still moving: wait"}), ("H y", {"messages": "the arm moves"})]
         )
         await session.arm_keys()
         await session.tap("q")
         session.shows("q", messages="no such axis")
+        session.arm.set(state=State.DISABLED)
+        await session.poll()
+        await session.keys("P")
+        session.shows("P", messages="please report it: TypeError: a word too many")
+        await session.press("space")
+        assert session.arm.asked("stop")
     async with Session(UnplaceableArm(simulated=False)) as session:
         await session.follow([("H", {"messages": "no reference posture is known"})])
         assert len(session.desk.screen_stack) == 1
@@ -532,14 +534,8 @@ async def test_an_arm_of_six_joints_has_a_row_and_keys_for_each():
         assert "yaw" in session.text("tip")
 
 
-async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
-    class Flawed(FakeArm):
-        def enable(self):
-            raise TypeError("a word too many")
+class Flawed(StubbornArm):
+    """Refuses, and has a flaw."""
 
-    async with Session(Flawed(state=State.DISABLED)) as session:
-        await session.press("P")
-        await session.settle()
-        assert "please report it: TypeError: a word too many" in session.text("messages")
-        await session.press("space")
-        assert session.arm.asked("stop")
+    def enable(self):
+        raise TypeError("a word too many")

@@ -79,8 +79,15 @@ async def test_the_tiniest_terminal_still_offers_the_stop_and_the_keys():
                 assert "? help" in session.painted[-1], key
 
 
-async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal():
-    async with Session(FakeArm()) as session:
+async def test_every_axis_has_a_row_on_the_smallest_terminal_and_the_rest_is_a_key_away():
+    async with Session(FakeArm(**LONG)) as session:
+        shown = lambda: session.screen.query_one("#panels").scroll_offset.y  # noqa: E731
+        await session.follow(
+            [("f2", {"messages": "(^d: more)"}), ("ctrl+d", {"not_messages": "more)"})]
+        )
+        assert shown() > 0
+        await session.follow([("ctrl+u", {"messages": "(^d: more)"})])
+        assert shown() == 0
         for more, mode in (({}, "joints"), ({}, "tip"), (unknown_position(), "joints")):
             session.arm.set(**more)
             await session.settle()
@@ -91,20 +98,6 @@ async def test_every_axis_has_a_row_of_its_own_on_the_smallest_terminal():
                 assert max(len(line.rstrip()) for line in lines) <= table.content_size.width, mode
                 assert table.region.bottom <= 22, f"the panel is cut off: {mode}"
             await session.press("m")
-
-
-async def test_what_a_small_terminal_has_no_room_for_is_a_key_away():
-    async with Session(FakeArm(**LONG)) as session:
-        shown = lambda: session.screen.query_one("#panels").scroll_offset.y  # noqa: E731
-        await session.follow(
-            [
-                ("f2", {"messages": "(^d: more)"}),
-                ("ctrl+d", {"not_messages": "more)"}),
-            ]
-        )
-        assert shown() > 0
-        await session.follow([("ctrl+u", {"messages": "(^d: more)"})])
-        assert shown() == 0
         await session.keys("question_mark down pagedown")
         dialog = session.desk.screen.query_one(".dialog")
         await until_seen(lambda: dialog.scroll_offset.y > 0, session.pilot.pause)

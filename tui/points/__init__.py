@@ -21,7 +21,6 @@ from armdrive.programs.teaching.recording import GRIPS, TaughtLines
 from armdrive.status import Status
 from armdrive.storage.points import Point, check_name
 from armdrive.text.numbers import number
-from kinematics.geometry import ArmGeometry
 from kinematics.text import mm_text
 from tui.arm_view import SpaceView
 from tui.desk import DeskScreen
@@ -32,7 +31,6 @@ from tui.points.edit import AskedText, PointSelection, TaughtProgram
 from tui.settings import MoveSettings
 from tui.widgets import ChoiceList, Span, TypedText, panels
 
-NAME_WIDTH = 16
 # Lines of the taught program that are shown, the last ones.
 LINES_SHOWN = 5
 
@@ -41,15 +39,6 @@ OF_NONE = ("points-teach", PAUSE)
 
 # Typed for an opening: as far as the fingers are open now.
 HERE = "here"
-
-
-def list_rows(points: Mapping[str, Point], arm: ArmGeometry) -> list[str]:
-    """Return a row for each point."""
-    rows = []
-    for name, point in points.items():
-        x, y, z = arm.points(point.joints)[-1]
-        rows.append(f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} x {x:.0f}  y {y:.0f}  z {z:.0f}")
-    return rows
 
 
 def point_text(point: Point) -> str:
@@ -153,8 +142,7 @@ class PointsScreen(DeskScreen):
         fresh = self.planned.follow(status)
         self.query_one(SpaceView).show(self.planned.moment(status, fresh))
         keys, point = self.desk.keys, self.selection.point
-        rows = list_rows(self.selection.points, self.desk.arm.model.arm)
-        teach = keys.label("points-teach")
+        rows, teach = self.selection.rows, keys.label("points-teach")
         none_yet = f"no points yet: {teach} names the place where the arm stands"
         at = self.selection.at if rows else None
         self.query_one(ChoiceList).show_rows(rows or [none_yet], at)

@@ -11,9 +11,12 @@ from armdrive.programs.teaching.recording import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
 from armdrive.storage.points import Point
 from armdrive.text.reading import is_there, read_text
+from kinematics.geometry import ArmGeometry
 from tui.desk import Desk
 from tui.keys.keyboard import Keyboard
 from tui.widgets import TypedText
+
+NAME_WIDTH = 16
 
 # The characters of a name or a number, never a space.
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.")
@@ -42,12 +45,23 @@ class AskedText:
         return f"{self._prompt}: {self.line.text}_{hint}\n{enter} takes it, {stop} drops it"
 
 
+def list_rows(points: Mapping[str, Point], arm: ArmGeometry) -> list[str]:
+    """Return a row for each point."""
+    rows = []
+    for name, point in points.items():
+        x, y, z = arm.points(point.joints)[-1]
+        rows.append(f"{name[:NAME_WIDTH]:<{NAME_WIDTH}} x {x:.0f}  y {y:.0f}  z {z:.0f}")
+    return rows
+
+
 class PointSelection:
     """The points of the file and the chosen one, which stays chosen as the file changes."""
 
     def __init__(self, desk: Desk, changed: Callable[[], None]) -> None:
         """`changed` is called when something else is seen to be chosen."""
         self.points: Mapping[str, Point] = {}
+        self.rows: list[str] = []
+        """A row of the list for each point."""
         self._chosen = ""
         self._desk = desk
         self._changed = changed
@@ -92,6 +106,7 @@ class PointSelection:
         self._stamp = stamp
         try:
             self._show(self._chosen or self.name, points.read())
+            self.rows = list_rows(self.points, self._desk.arm.model.arm)
         except ArmError as error:
             self._desk.message = str(error)
 

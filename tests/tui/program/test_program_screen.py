@@ -137,11 +137,18 @@ async def test_the_programs_of_the_folder_are_listed_and_the_chosen_one_is_shown
         session.shows("a click", programs=f"> {named}")
 
 
-async def test_a_folder_without_programs_says_how_one_is_named(arm, tmp_path):
+async def test_a_folder_without_programs_says_how_one_is_named_and_a_refusal_names_the_line(
+    arm, tmp_path
+):
     async with ProgramSession(arm, tmp_path) as session:
         session.shows("none", run="armdrive jog --program FILE", not_footer="rehearse")
         await session.press("down", "enter", "pagedown", "r")
-        assert "there is no program to run" in session.text("messages")
+        session.shows("enter", messages="there is no program to run")
+        (session.folder / "refused.arm").write_text(REFUSED)
+        await session.keys("f2 f8")
+        await session.begin()
+        session.shows("refused", run="REFUSED IN LINE 2")
+        assert not session.screen.run.busy
 
 
 async def test_a_file_or_an_arm_that_changes_has_to_be_rehearsed_again(arm, tmp_path):
@@ -159,6 +166,13 @@ async def test_a_file_or_an_arm_that_changes_has_to_be_rehearsed_again(arm, tmp_
         await session.poll()
         session.shows("an arm that has moved", not_run="rehearsed:")
         await session.follow([("enter", {"messages": "it is rehearsed first"})])
+        await session.press("enter", after_s=1.0)
+        await session.press("enter", after_s=AGAIN_S)
+        arm.move_j(base_deg=0)  # between the presses and the run
+        session.clock.now_s += 0.5
+        await at_rest(session.pilot)
+        assert not session.screen.run.busy
+        session.shows("at the last moment", messages="the program or the arm has changed")
 
 
 async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_prints(
@@ -185,25 +199,6 @@ async def test_a_program_is_rehearsed_then_run_by_two_presses_and_says_what_it_p
         assert "the program is done" in session.text("messages")
         assert arm.program is None
         assert not journal_file(arm.config.name).exists()
-
-
-async def test_something_that_changes_between_the_presses_and_the_run_prevents_it(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, wave=WAVE) as session:
-        await session.keys("r")
-        await session.press("enter")
-        await session.press("enter", after_s=AGAIN_S)
-        arm.move_j(base_deg=20)
-        session.clock.now_s += 0.5
-        await at_rest(session.pilot)
-        assert not session.screen.run.busy
-        assert "the program or the arm has changed" in session.text("messages")
-
-
-async def test_a_refused_rehearsal_names_the_line_and_nothing_runs(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, refused=REFUSED) as session:
-        await session.begin()
-        assert "REFUSED IN LINE 2" in session.text("run")
-        assert not session.screen.run.busy
 
 
 NOT_READY = [
@@ -256,16 +251,20 @@ async def test_a_wait_is_shown_with_its_line_and_to_other_programs(arm, tmp_path
         assert interrupted(arm.config.name).line == 2
 
 
-async def test_a_pause_lasts_until_the_key_is_pressed_again(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, waits=WAITS) as session:
+async def test_a_pause_and_a_wait_for_the_person_last_until_the_key_is_pressed(arm, tmp_path):
+    async with ProgramSession(arm, tmp_path, holds=HOLDS + "wait_input 2\n") as session:
         await session.press("p")
-        assert "nothing moves" in session.text("messages")
+        session.shows("p", messages="nothing moves")
         await session.begin()
-        await session.at_line(2)
+        await session.until(lambda: session.screen.run.asks)
+        session.shows("a hold", run="WAITS FOR YOU: put a part in")
+        await session.press("p", after_s=1.0)
+        session.clock.now_s += 0.5
+        await session.poll()
+        await session.at_line(3)
         await session.press("p")
         await session.until(lambda: arm.status.paused)
-        assert "PAUSED" in session.text("run")
-        assert "PAUSED  p resumes it" in session.text("banner")
+        session.shows("p", run="PAUSED", banner="PAUSED  p resumes it")
         await session.press("p", after_s=1.0)
         session.clock.now_s += 0.5
         await session.poll()
@@ -297,18 +296,6 @@ async def test_stepping_waits_before_each_motion_and_a_held_key_makes_one_step(a
         assert len(gate.moves) == 2
         await session.press("right", after_s=1.0)
         assert "does not wait for you" in session.text("messages")
-
-
-async def test_a_program_that_waits_for_the_person_says_why(arm, tmp_path):
-    async with ProgramSession(arm, tmp_path, holds=HOLDS) as session:
-        await session.begin()
-        await session.until(lambda: session.screen.run.asks)
-        assert "WAITS FOR YOU: put a part in" in session.text("run")
-        await session.press("p", after_s=1.0)
-        session.clock.now_s += 0.5
-        await session.poll()
-        await session.ended()
-        assert "DONE: 3 acts" in session.text("run")
 
 
 LEAVING = {
