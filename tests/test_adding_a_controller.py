@@ -114,27 +114,18 @@ def test_its_script_homes_moves_and_stops(tree):
     assert 0.0 < float(state.split()[-1]) < 1.0
 
 
-def test_its_device_is_recognised_by_its_own_probe_and_its_words_are_told(tree):
-    program = (
-        "from armdrive.connect.port import recogniser\n"
-        "from armdrive.trace.log import describer\n"
-        "known, row = recogniser(), describer('tutor')\n"
-        "print(known.own_probe('tutor').data, known.recognise(b'p 1 2 3 4 5 6\\n').dialect)\n"
-        "print(row.words(b'M 250 10 0 0 0 0 0', row.sent))\n"
-    )
-    assert run(tree, ["-c", program]).splitlines() == [
-        "b'P\\n' tutor",
-        "move at 250 steps/s: base +10",
-    ]
-
-
-def test_its_device_is_found_and_connected_although_it_holds_half_a_line(tree):
+def test_its_device_is_recognised_described_found_and_connected_although_it_holds_half_a_line(tree):
     program = (
         "from doctor_bench import SimPort, made\n"
         "from armdrive import Arm\n"
         "from armdrive.connect.parts import connect_simulated\n"
+        "from armdrive.connect.port import recogniser\n"
         "from armdrive.connect.target import simulated_config\n"
         "from armdrive.registry import simulate\n"
+        "from armdrive.trace.log import describer\n"
+        "known, row = recogniser(), describer('tutor')\n"
+        "print(known.own_probe('tutor').data, known.recognise(b'p 1 2 3 4 5 6\\n').dialect)\n"
+        "print(row.words(b'M 250 10 0 0 0 0 0', row.sent))\n"
         "print(SimPort(made('tutor')).examine().identity.dialect)\n"
         "config = simulated_config('tutor')\n"
         "twin = simulate(config)\n"
@@ -142,4 +133,9 @@ def test_its_device_is_found_and_connected_although_it_holds_half_a_line(tree):
         "with Arm(connect_simulated(config, twin=twin)) as arm:\n"
         "    print(arm.status.state.value)\n"
     )
-    assert run(tree, ["-c", program]).split() == ["tutor", "standby"]
+    assert run(tree, ["-c", program]).splitlines() == [
+        "b'P\\n' tutor",
+        "move at 250 steps/s: base +10",
+        "tutor",
+        "standby",
+    ]

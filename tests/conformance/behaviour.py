@@ -107,6 +107,11 @@ def on_bus(bench: Bench) -> str:
     return "" if bench.row.can else "it is not on a CAN bus"
 
 
+def bytes_on_wire(bench: Bench) -> str:
+    """Require a wire on which a message has several bytes."""
+    return "on a CAN bus a frame is lost as a whole" if bench.row.can else ""
+
+
 def own_homing(bench: Bench) -> str:
     """Require a controller that homes by switches."""
     return "" if bench.abilities.own_homing else "its controller does not home by switches"

@@ -15,7 +15,7 @@ from armdrive.errors import ArmError
 from armdrive.status import State, Trust
 from tests.scenarios.happenings import HAPPENINGS, Effect, Happening
 
-from .behaviour import IN_SIMULATION, Behaviour
+from .behaviour import IN_SIMULATION, Behaviour, bytes_on_wire
 from .bench import Bench
 from .faults import MOVING, RULES, STANDING, STRIKES_S, Moment, expected_error, misdirects
 from .motions import begin_joints, joints_from, motors_at_end
@@ -222,7 +222,7 @@ ROWS = (
             fault.name,
             "fault",
             partial(survives, fault=fault),
-            needs=RULES[fault.needs],
+            needs=(*RULES[fault.needs], *([bytes_on_wire] if fault.of_bytes else [])),
             transports=(*IN_SIMULATION, *(["udp"] if fault.name.startswith(DATAGRAMS) else [])),
             fault=fault,
         )

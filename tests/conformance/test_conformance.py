@@ -3,7 +3,6 @@
 import re
 import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from zlib import crc32
 
 import pytest
@@ -11,7 +10,6 @@ from amounts import THOROUGH
 from pages import page_path
 from waiting import LONG_S
 
-from armdrive.connect.target import state_file
 from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
 
@@ -25,7 +23,6 @@ from .running import BEHAVIOURS, BENCHES, RowResult, Verdict
 from .table import page
 
 SIMULATED = list(DIALECTS)
-needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 LOOKED_AT = {name: MemoryBench(name) for name in SIMULATED}
 """A bench of each dialect, to ask whether a row applies to it."""
@@ -134,22 +131,6 @@ def test_on_a_variant(variant, behaviour):
             pytest.skip("this build homes all axes at once, not one after another")
 
 
-OVER_A_PTY = SIMULATED if THOROUGH else ["grbl", "cia402"]
-"""In real time: motions in a stream, and drives that have to be led."""
-
-
-@needs_pty
-def test_a_few_over_a_pty():
-    """Dialects run in parallel, one process each, because most of the time is waiting.
-
-    Time bounds are not checked here, but in simulated time, and by `python -m tests.conformance` on
-    an idle computer.
-    """
-    with ThreadPoolExecutor(len(OVER_A_PTY)) as pool:
-        broken = [words for found in pool.map(run_smoke_rows, OVER_A_PTY) for words in found]
-    assert not broken, "\n".join(broken)
-
-
 class UnhurriedPtyBench(PtyBench):
     """A pty bench on a computer that may be busy."""
 
@@ -162,41 +143,16 @@ class UnhurriedPtyBench(PtyBench):
         return super().watch(done, max(longest_s, LONG_S))
 
 
-UNHURRIED = {"cia402": "[cia402]\nheartbeat_timeout_ms = 2000\nperiod_ms = 40\n"}
-"""Settings that keep drives from stopping when a busy computer delays their program."""
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_few_over_a_pty():
+    """Bounds are checked in simulated time, and on an idle computer by the command.
 
-
-ATTEMPTS = 4
-"""How often a row may fail over a pty.
-
-If a busy computer delays the process of the simulated drives, the driver rightly reports that they
-are gone. A real bug fails each time.
-"""
-
-
-def run_smoke_rows(dialect: str) -> list[str]:
-    """Run the smoke rows on one dialect; return a sentence for each that failed every time."""
-    left = [row for row in BEHAVIOURS if row.smoke]
-    for _ in range(ATTEMPTS):
-        broken, left = attempt(dialect, left)
-        if not left:
-            break
-    return broken
-
-
-def attempt(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Behaviour]]:
-    """Run rows on one bench; return a sentence for each that failed, and these rows."""
-    words, broken = [], []
-    with UnhurriedPtyBench(dialect, UNHURRIED.get(dialect, "")) as bench:
-        state_file(bench.config.name).unlink(missing_ok=True)  # an earlier attempt's
-        for behaviour in (row for row in rows if not row.why_not_applicable(bench)):
-            try:
-                behaviour.run(bench)
-                bench.disconnect()
-            except Exception as error:
-                words.append(f"{dialect}: {behaviour.name}: {error}")
-                broken.append(behaviour)
-    return words, broken
+    Drives rightly find a program gone that a busy computer delays; a board does not.
+    """
+    with UnhurriedPtyBench("grbl") as bench:
+        for behaviour in (row for row in BEHAVIOURS if row.smoke):
+            behaviour.run(bench)
+            bench.disconnect()
 
 
 # -- The page --------------------------------------------------------------------------------------

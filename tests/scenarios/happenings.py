@@ -46,6 +46,11 @@ class Happening:
         """Whether it can strike a standing arm: a motor that stands cannot slip."""
         return self.effect is not Effect.SLIPS
 
+    @property
+    def of_bytes(self) -> bool:
+        """Whether it strikes single bytes: on a bus these are frames, as messages are."""
+        return self.name.startswith(("a byte ", "half a line "))
+
     def draw(self, draw: random.Random, motors: int) -> "Drawn":
         """Draw the numbers of this happening, for an arm with some motors."""
         numbers: dict[str, object] = {name: pick(draw) for name, pick in NUMBERS.items()}

@@ -1,6 +1,8 @@
 """The device's end of a wire that other programs open: a pseudo-terminal, TCP, UDP, a CAN adapter.
 
 A server never blocks. Bytes that no client reads are dropped, as on a real line without a listener.
+Every one has the same calls: `open` offers the wire, also again after `close`, possibly at another
+address; `close` withdraws it, as if the cable were pulled, and may be called twice.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, TypeAlias
 
 from armdrive.errors import PortUnavailable
 from armdrive.errors.printable import reason_of
@@ -38,39 +40,6 @@ if sys.platform != "win32":
 
 CHUNK = 4096
 _PTY_FOLDERS = ("/dev/pts/", "/dev/ttys")
-
-
-class Server(Protocol):
-    """One end of a wire that another program opens."""
-
-    @property
-    def address(self) -> str:
-        """The address for the other program to open."""
-
-    @property
-    def paced(self) -> bool:
-        """Whether bytes arrive at the pace of a serial line; on a network they do not."""
-
-    def open(self, address: str | None = None) -> None:
-        """Offer the wire, also again after `close`, possibly at another address.
-
-        Raises `PortUnavailable`.
-        """
-
-    def filenos(self) -> tuple[int, ...]:
-        """The file descriptors to select on for reading."""
-
-    def read(self) -> bytes:
-        """Return the bytes that have arrived, possibly none."""
-
-    def write(self, data: bytes) -> None:
-        """Send bytes to the connected programs."""
-
-    def close(self) -> None:
-        """Withdraw the wire: its other end breaks, as if the cable were pulled.
-
-        Closing twice is no error.
-        """
 
 
 class PtyServer:
@@ -541,3 +510,6 @@ class SlcanServer:
         for port, adapter in zip(self._ports, self.adapters, strict=True):
             if sent := adapter.say():
                 port.write(sent)
+
+
+Server: TypeAlias = PtyServer | TcpServer | UdpServer | SlcanServer
