@@ -9,7 +9,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
-from armdrive.abilities import BITS_A_BYTE, Torque
+from armdrive.abilities import Torque
 from armdrive.errors.table import code_of_name
 from kinematics.spaces import Joints, Motors, Pose
 from kinematics.text import counted, deg_text, mm_text, shown_name
@@ -36,29 +36,6 @@ def farthest(distance_mm: float) -> str:
 def bound_words(time_s: float, distance_mm: float) -> str:
     """Return how long, and how far, something goes on at most."""
     return f"{longest(time_s)} and {farthest(distance_mm)}"
-
-
-# The traffic on the wire, and the load that it makes.
-
-
-@dataclass(frozen=True, slots=True)
-class LinkStats:
-    """Bytes sent and received since the connection was opened, and the wire's rate in baud."""
-
-    sent: int = 0
-    received: int = 0
-    baud: int = 0
-
-    def load(self, earlier: LinkStats, for_s: float) -> float | None:
-        """Return the load of the busier direction since `earlier`, `for_s` seconds ago.
-
-        The load is between 0 and 1; it can exceed 1 while the operating system buffers bytes. It is
-        None if the rate or the time is unknown.
-        """
-        if self.baud <= 0 or for_s <= 0.0:
-            return None
-        busier = max(self.sent - earlier.sent, self.received - earlier.received)
-        return max(busier, 0) * BITS_A_BYTE / (self.baud * for_s)
 
 
 # Scheduling jitter: how late a thread wakes for its deadlines.
@@ -95,9 +72,6 @@ NEVER_WOKEN = SchedulingJitter()
 
 def _ms(time_s: float) -> str:
     return f"{time_s * 1e3:.2g} ms" if time_s < 0.1 else f"{time_s * 1e3:.0f} ms"
-
-
-NOTHING_CARRIED = LinkStats()
 
 
 class State(Enum):
@@ -244,7 +218,6 @@ class Status:
     - `scheduling_jitter`: how late the thread that drives the arm woke; never late in simulated
       time.
     - `underruns`: how often the device's queue ran empty in mid-motion.
-    - `link_stats`: the traffic on the wire.
     """
 
     arm: str
@@ -283,7 +256,6 @@ class Status:
     speed_override: float = 1.0
     scheduling_jitter: SchedulingJitter = NEVER_WOKEN
     underruns: int = 0
-    link_stats: LinkStats = NOTHING_CARRIED
 
     @property
     def pause_time_s(self) -> float:

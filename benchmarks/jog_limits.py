@@ -19,14 +19,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from statistics import median
 
 from feel import padded
-from measuring import asked, machine, own_home, p99
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive" / "motion" / "jog"))
 from jog_bench import Ground, Outcome, trials
+from measuring import asked, machine, own_home, p99
 
 from armdrive.registry import DIALECTS
 from armdrive.status import State

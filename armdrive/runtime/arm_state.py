@@ -48,7 +48,6 @@ from armdrive.status import (
     IN_MOTION,
     Current,
     Evidence,
-    LinkStats,
     SchedulingJitter,
     State,
     Status,
@@ -390,9 +389,6 @@ class Core:
             speed_override=self.speed_override.override,
             scheduling_jitter=scheduling_jitter,
             underruns=self.controller.underruns,
-            link_stats=LinkStats(
-                engine.bytes_sent, engine.bytes_received, self.config.connection.baud
-            ),
         )
 
 

@@ -115,8 +115,6 @@ class Engine:
         self.stop_why = ""
         self.last_answer = ""
         self.requests_sent = 0
-        self.bytes_sent = 0
-        self.bytes_received = 0
         self.received_s = -math.inf
         self._idle = idle
         self._stopping = stopping
@@ -274,7 +272,6 @@ class Engine:
         data = self.link.read(self.now_s)
         if data:
             self.received_s = self.now_s
-            self.bytes_received += len(data)
             self.tracer.received(data)
             self.controller.receive(data, self.now_s)
         self._talk()
@@ -290,7 +287,6 @@ class Engine:
         if data and (woken or not self._woken()) and not self._stale():
             self.tracer.sent(data)
             self.link.write(data, self.now_s)
-            self.bytes_sent += len(data)
         while (event := self.controller.next_event()) is not None:
             self._process(event)
 

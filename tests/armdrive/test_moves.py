@@ -301,18 +301,6 @@ def test_a_park_rises_first_where_the_table_is_in_the_way():
     assert arm.pose.z_mm == pytest.approx(park.goal.z_mm, abs=1.0)
 
 
-def test_a_park_is_resolved_to_where_it_ends():
-    arm = ready_arm()
-    near = arm.model.arm.fk(Joints.of(85.0, 40.0, -100.0, -20.0, 0.0))
-    arm.move_to(near)
-    resolved = arm.preview(ParkMove()).resolved
-    goal = park_pose(arm.config)
-    last = resolved.moves[-1] if isinstance(resolved, MoveSequence) else resolved
-    assert last == PoseMove(goal)
-    arm.run(ParkMove())
-    assert arm.pose.z_mm == pytest.approx(goal.z_mm, abs=1.0)
-
-
 def test_an_increment_is_foreseen_and_run_as_far_as_the_bounds_allow():
     arm = ready_arm()
     move = JogMove(Jog.joint(base=400.0), 1.0)

@@ -13,10 +13,8 @@ import armdrive
 from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
 from armdrive import arm as arm_module
 from armdrive.arm import device as signalling
-from armdrive.dialects.grbl.settings import PINS
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.connecting import INPUTS_POLL_S
-from armdrive.registry import dialect
 from armdrive.runtime import overrides
 
 sys.path.append(str(DOCS))
@@ -174,15 +172,6 @@ def test_a_wait_for_inputs_is_refused_where_they_are_not_read():
             arm.io.wait(high=1, within_s=1.0)
 
 
-def test_the_arm_moves_while_a_call_waits_for_inputs():
-    arm = ready_arm(pace=30.0)
-    handle = arm.move_j(base_deg=40, wait=False)
-    later(arm, 1.0, lambda: arm.twin.device.set_input(1, True))
-    arm.io.wait(high=2, within_s=120.0)
-    assert handle.wait().bursts
-    arm.close()
-
-
 def test_a_motion_may_begin_while_another_thread_waits(request):
     import threading
 
@@ -246,7 +235,3 @@ def test_an_arm_without_inputs_and_outputs_says_so(name):
         for call in (lambda: arm.io.set(1), lambda: arm.io.write(0)):
             with pytest.raises(Refused, match="has no outputs"):
                 call()
-
-
-def test_a_board_has_an_input_for_each_pin_that_it_reports():
-    assert dialect("grbl").abilities.inputs == len(PINS)

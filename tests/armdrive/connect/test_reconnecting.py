@@ -23,7 +23,6 @@ from armdrive.connect.target import find, simulated_config
 from armdrive.errors import NoAnswer, NoSuchPort, NotReferenced, PortInUse, PortUnavailable
 from armdrive.moves import Jog, Space
 from armdrive.registry import DIALECTS, simulate
-from armdrive.sim.wire import MemoryLink
 from armdrive.status import Current, State, Trust
 from armdrive.transports import ports
 
@@ -89,18 +88,6 @@ def test_an_arm_whose_wire_comes_back_allows_no_motion_before_error_stop(connect
             until_s = min(until_s, arm.parts.pace.now_s() + 1.0)
             arm.sleep(0.02)
     assert states == {State.DISCONNECTED, State.ERROR_STOP}
-
-
-@two_kinds
-def test_a_cable_that_is_plugged_in_again_after_a_time_is_found(connected, dialect):
-    """The simulated device runs on without its host, and so do the faults that it times."""
-    arm = connected(dialect, reconnect=True)
-    arm.twin.faults.add("unplug", for_s=5.0)
-    arm.sleep(4.0)
-    assert arm.status.state is State.DISCONNECTED
-    arm.sleep(RECONNECTS_S)
-    assert arm.status.error_code == "E409"
-    arm.reset()
 
 
 @two_kinds
@@ -373,17 +360,6 @@ def test_a_wire_can_be_lost_again_and_again(connected):
     assert arm.move_j(shoulder_deg=50)
 
 
-def test_a_wire_in_the_process_is_taken_up_again_only_while_it_is_plugged_in(connected):
-    link = connected().twin.link
-    assert isinstance(link, MemoryLink)
-    link.unplug()
-    with pytest.raises(PortUnavailable):
-        link.reopen()
-    link.replug()
-    link.close()
-    assert link.reopen() is link
-
-
 @pytest.mark.parametrize("dialect", amount(["robko01", "mks"], list(DIALECTS)))
 def test_a_pulled_cable_is_seen_within_a_second_by_a_standing_arm(connected, dialect):
     arm = connected(dialect)
@@ -616,7 +592,7 @@ TRANSPORTS = [
 ]
 
 
-@pytest.mark.parametrize("motion", [False, True], ids=["standing", "moving"])
+@pytest.mark.parametrize("motion", amount([True], [False, True]), ids=str)
 @pytest.mark.parametrize("transport", TRANSPORTS)
 def test_a_lost_wire_is_seen(transport, motion, tmp_path):
     where = {"pty": tmp_path / "arm"} if transport == "pty" else {"tcp": "0"}

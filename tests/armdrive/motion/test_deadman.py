@@ -1,6 +1,5 @@
 """The dead-man on synthetic keyboards, links that jitter and links that stall."""
 
-import itertools
 import math
 
 import pytest
@@ -266,18 +265,6 @@ def test_jitter_never_disarms_interrupts_or_overruns(rate_hz, delay_s, held_s, n
     assert len(desk.of(Increment)) == 1
     assert len(desk.of(Release)) <= 1
     assert desk.log[-1][0] <= events[-1][0] + HOLD_LONGEST_S
-
-
-@pytest.mark.parametrize("rate_hz", KEYBOARDS_HZ)
-def test_the_worst_bunching_from_60_ms_of_jitter_does_not_count_as_a_backlog(rate_hz):
-    """Every third of a window arrives as late as it can, with those after it not at all late."""
-    events = keyboard(rate_hz, 3.0)
-    for size in (2, 3, 4):
-        late = itertools.cycle([max(0.0, 1.0 - number * 0.5) for number in range(size)])
-        bunched = jittered(events, late.__next__)
-        desk = Desk().run(bunched)
-        assert desk.of(Disarm) == []
-        assert len(desk.of(Increment)) == 1
 
 
 event_times = st.lists(

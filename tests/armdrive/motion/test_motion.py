@@ -1,13 +1,12 @@
 """Motions of a driven arm, of five joints and of other chains, and of its gripper."""
 
 import math
-import random
 import re
 from dataclasses import replace
 from functools import partial
 
 import pytest
-from amounts import amount, every_row
+from amounts import every_row
 from chain_files import connected, five_joints, six_joints
 from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_arm, sim_config
 from hypothesis import given, settings
@@ -18,13 +17,11 @@ from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused, Stopp
 from armdrive.moves import GraspMove
 from armdrive.registry import dialect
 from armdrive.runtime.position import DeviceReadings, FingerState
-from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import Current, State, Trust, status_view
 from armdrive.tasks import ReadPosition, Registers
-from kinematics import PRESETS, Joints, KinematicsError, Motors, Pose, Unreachable
+from kinematics import Joints, KinematicsError, Motors, Pose, Unreachable
 from kinematics.chains.arm import ChainArm
-from kinematics.errors import BadNumber
 from tests.conformance.rows_moving import off_line_mm
 
 
@@ -58,28 +55,6 @@ def test_the_physical_tip_stays_on_the_straight_line(way_mm, speed_error):
         assert off_line_mm(arm.twin.world.tip, start, end) <= bound_mm
     assert seen > 10
     assert math.dist(arm.twin.world.tip, end) <= step_travel_mm(arm) / 2
-
-
-@pytest.mark.parametrize("seed", range(amount(1, 5)))
-def test_ten_thousand_random_moves_end_on_the_step_counts_they_began_with(seed):
-    """Every way out is whole steps of absolute targets, and so is every way back.
-
-    Three hundred moves every day; the ten thousand with THOROUGH=1 in the environment.
-    """
-    arm = ready_arm(sim_config(planned_burst_s=10.0, idle_poll_s=0.0))
-    home, began = arm.joints, arm.twin.world.motors
-    registers = arm.twin.device.registers
-    draw = random.Random(seed)
-    angles = dict(arm.parts.core.position.coordinates.joints.deg)
-    for _ in range(amount(150, 1_000)):
-        name = draw.choice(list(angles))
-        arm.move_j(**{f"{name}_deg": angles[name] + draw.uniform(-0.6, 0.6)})
-        arm.move_j(**{f"{name}_deg": angles[name]})
-        assert arm.status.acknowledged == began
-    assert arm.twin.world.motors == began
-    assert arm.twin.device.registers == registers
-    assert arm.joints == home
-    assert arm.status.trust is Trust.REFERENCED
 
 
 ANGLES = st.tuples(
@@ -230,12 +205,6 @@ def test_a_nearest_pose_behind_a_guard_is_named_where_the_way_is_clear():
         arm.move_to(refusal.value.nearest)
         assert_reached(arm, refusal.value.nearest)
         arm.move_j(shoulder_deg=80, elbow_deg=-130)
-
-
-@every_row("bad", [math.nan, math.inf, -math.inf, "far", None, True])
-def test_a_pose_takes_numbers_alone(bad):
-    with pytest.raises(BadNumber, match="x_mm"):
-        Pose(bad, 0.0, 100.0, 0.0)
 
 
 def test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper():
@@ -453,11 +422,6 @@ def test_a_new_world_has_the_arm_clear_of_the_table(tmp_path):
         arm.close()
 
 
-@every_row("key", [key for key, one in PRESETS.items() if one.transmission])
-def test_the_motors_that_stall_are_found_in_the_transmission(key):
-    assert ArmBody.of_preset(PRESETS[key]).stalls == ((0,), (1,), (2,), (3, 4), (3, 4))
-
-
 # -- The gripper -----------------------------------------------------------------------------------
 
 TAKE = Pose.of(x_mm=260, y_mm=0, z_mm=15, pitch_deg=-90)
@@ -475,7 +439,7 @@ def arm_around_a_block(width_mm, config=None):
 
 @pytest.mark.parametrize(
     ("force_n", "width_mm"),
-    [(4.0, 3.0), (8.9, 12.7), (20.0, 25.0), (4.0, 38.4), (8.9, 60.0), (20.0, 74.0)],
+    [(4.0, 3.0), (8.9, 38.4), (20.0, 74.0)],
 )
 def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
     arm = arm_around_a_block(width_mm)

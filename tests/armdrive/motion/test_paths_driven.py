@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
+from amounts import amount
 from faults import OVER_THE_TABLE, arm_config, driven, ready_arm, sim_config
 
 from armdrive import (
@@ -24,7 +25,7 @@ from armdrive import (
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
 from armdrive.motion.deviation import SMALL_STEPS, has_room
-from armdrive.motion.frames import axes_of, frame_names
+from armdrive.motion.frames import axes_of
 from armdrive.motion.jog.bounds import Bounds
 from armdrive.motion.plan import SpeedLimits, fewer, legs_along, plan_joints, plan_route
 from armdrive.registry import DIALECTS
@@ -238,15 +239,6 @@ def test_a_goal_of_the_tool_goes_on_as_the_hand_points():
         assert arm.pose.pitch_deg == pytest.approx(-45.0, abs=0.3)
 
 
-def test_an_unknown_frame_is_named_and_nothing_moves():
-    with ready_arm(framed()) as arm:
-        before = arm.twin.world.pose
-        with pytest.raises(BadRequest, match="known are base, tool, board"):
-            arm.move_to(Pose(0.0, 0.0, 0.0, 0.0), frame="bord")
-        assert arm.twin.world.pose == before
-    assert frame_names(framed()) == ("base", "tool", "board")
-
-
 FAR = Pose.of(x_mm=900, y_mm=0, z_mm=0, pitch_deg=-90)
 LOW = Pose.of(x_mm=70, y_mm=0, z_mm=-50, pitch_deg=-90)
 
@@ -265,14 +257,6 @@ def test_a_refusal_says_if_its_poses_are_in_another_frame_than_the_goal(goal, fr
         for move in (PoseMove(goal, frame=frame), LineMove(goal, frame=frame)):
             refusal = arm.preview(move).problem
             assert str(refusal).endswith(f"{refusal.nearest}{said}")
-
-
-def test_a_refusal_without_poses_names_no_frame():
-    with ready_arm(framed()) as arm:
-        arm.move_to(Pose.of(x_mm=127, y_mm=0, z_mm=0.2, pitch_deg=-90))
-        refusal = arm.preview(PoseMove(LOW.replace(z_mm=-25), frame="board")).problem
-        assert isinstance(refusal, OutOfBounds)
-        assert str(refusal).endswith("nothing was moved")
 
 
 TABLE = {
@@ -402,7 +386,7 @@ def test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself(flawed_jog, 
     assert arm.twin.world.pose.y_mm <= STANDS_OFF_MM + 1.0
 
 
-@pytest.mark.parametrize("speed", [1.0, 0.2])
+@pytest.mark.parametrize("speed", amount([1.0], [1.0, 0.2]))
 def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
     arm = driven(walled(arm_config("robko01")))
     arm.move_to(over(30))
@@ -479,7 +463,7 @@ def postures_of(arm):
 
 
 @pytest.mark.parametrize("name", ["robko01"])
-@pytest.mark.parametrize("limit_mm", [2.0, 5.0, 20.0])
+@pytest.mark.parametrize("limit_mm", [2.0, 20.0])
 def test_the_tip_stays_within_the_announced_distance_of_the_line(name, limit_mm):
     arm = standing(name, deviation_mm=limit_mm)
     seen = postures_of(arm)

@@ -46,17 +46,6 @@ def test_a_compensated_motor_moves_its_joint_as_far_as_requested(width, steps, s
     assert after == (taken if steps == 0 else width if steps > 0 else 0)
 
 
-@given(WIDTHS, STEPS, st.floats(0, 1), st.integers(1, 5))
-def test_it_does_not_matter_in_how_many_parts_a_motor_turns_one_way(width, steps, share, parts):
-    taken = whole = round(share * width)
-    whole, driven = turned(whole, width, steps)
-    made = 0
-    for part in range(parts):
-        taken, some = turned(taken, width, steps * (part + 1) // parts - steps * part // parts)
-        made += some
-    assert (taken, made) == (whole, driven)
-
-
 @given(SLACKS, st.lists(VECTORS, max_size=8))
 def test_a_play_that_is_compensated_moves_by_what_was_wanted_every_time(widths, moves):
     slack, play = beside_a_play(widths)
@@ -96,19 +85,6 @@ def test_a_stop_after_reversals_is_understood_by_what_was_sent(widths, moves, sh
         made, driven = made + piece, driven + Motors(play.drive(piece))
     part = Motors(round(count * share) for count in pieces[last])
     assert slack.see(made + part) == driven + Motors(play.drive(part))
-    slack.believe()
-    assert tuple(slack.taken) == tuple(play.ahead)
-
-
-def test_the_end_of_a_motion_is_seen_there_at_every_look():
-    slack, play = beside_a_play((12, 5, 0))
-    made = driven = Motors([0, 0, 0])
-    for steps in (Motors((-9, 2, 4)), Motors((3, -7, 4)), Motors((0, 0, 6))):
-        piece = slack.to_send(steps)
-        slack.sends(piece)
-        made, driven = made + piece, driven + Motors(play.drive(piece))
-    for _ in range(3):
-        assert slack.see(made) == driven
     slack.believe()
     assert tuple(slack.taken) == tuple(play.ahead)
 

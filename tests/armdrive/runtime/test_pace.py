@@ -313,18 +313,6 @@ def test_a_thread_that_drives_an_arm_counts_its_deadlines():
     assert status_view(status)["scheduling_jitter"]["deadlines"] == status.scheduling_jitter.count
 
 
-def test_a_motion_is_counted_and_the_rate_is_the_wires_own():
-    with Arm.connect("sim:teachmover") as arm:
-        before = arm.status.link_stats
-        assert before.baud == 9600
-        arm.jog_j(shoulder_deg=2, speed=0.5)
-        after = arm.status.link_stats
-        assert after.sent > before.sent
-        assert after.received > before.received
-        share = after.load(before, 1.0)
-        assert share == 10 * max(after.sent - before.sent, after.received - before.received) / 9600
-
-
 # -- A program that is called late -----------------------------------------------------------------
 # It is late as a busy computer is: too little for anyone to call it suspended. What has come
 # meanwhile is read before anything is judged to be missing, so that motions end as they were asked

@@ -11,6 +11,7 @@ from armdrive import Arm
 from armdrive.blocking import run_blocking
 from armdrive.connect.connection import CLOSING_S
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
+from armdrive.errors.table import code_of_name
 from armdrive.motion.context import LONGEST_S
 from armdrive.motion.reference import confirmed_posture, take_reference
 from armdrive.runtime import persistence
@@ -34,36 +35,11 @@ def test_every_kind_of_evidence_has_a_row_and_words():
         assert "detail" in belief.reason
 
 
-CODES = {
-    Evidence.NO_RECORD: "E701",
-    Evidence.RECORD_MATCHES: "E702",
-    Evidence.RECORD_DIFFERS: "E703",
-    Evidence.LINK_BACK: "E720",
-    Evidence.ENDED_IN_MOTION: "E704",
-    Evidence.RECORD_UNUSABLE: "E705",
-    Evidence.ANSWER_LOST: "E706",
-    Evidence.SILENT: "E707",
-    Evidence.READ_BACK_DIFFERS: "E708",
-    Evidence.MOTION_REFUSED: "E709",
-    Evidence.BROKEN_OFF: "E722",
-    Evidence.HOMING_FAILED: "E710",
-    Evidence.OFF_ITS_MARK: "E721",
-    Evidence.STOPPED_DEAD: "E711",
-    Evidence.ALARM: "E712",
-    Evidence.OFF_THE_PATH: "E713",
-    Evidence.SWITCHED_OFF: "E714",
-    Evidence.CURRENT_DROPPED: "E715",
-    Evidence.LOST_IN_MOTION: "E716",
-    Evidence.MOVED_BY_OTHERS: "E717",
-    Evidence.RESTARTED: "E718",
-    Evidence.CONTROLLER_RESTARTED: "E719",
-}
-"""The catalogue's codes of the evidence that is a problem."""
-
-
 def test_a_reason_has_the_code_of_its_evidence_whatever_detail_follows():
     for evidence in Evidence:
-        assert code_of_reason(f"{evidence.value} (detail)") == CODES.get(evidence, "")
+        code = code_of_name(evidence.name)
+        assert code_of_reason(f"{evidence.value} (detail)") == code
+        assert bool(code) == (evidence.trust is not Trust.REFERENCED)
         assert code_of_reason(f"not that {evidence.value}") == ""
 
 

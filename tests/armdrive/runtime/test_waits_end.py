@@ -27,7 +27,7 @@ from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import overrides
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
 from armdrive.runtime.engine import CALL_LIMIT_S, Engine, call_limit_s
-from armdrive.runtime.overrides import LONGEST_PAUSE_S, NAPS
+from armdrive.runtime.overrides import NAPS
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import Current, State
 from armdrive.tasks import ReadPosition, RequestRejected, SleepUntil
@@ -497,10 +497,6 @@ def test_an_endless_pause_in_real_time_gives_up_the_motion_and_stays_paused(monk
     assert arm.twin.world.motors == stood
     arm.resume()
     arm.move_j(base_deg=5.0)
-
-
-def test_eight_hours_are_what_is_waited_in_real_time():
-    assert LONGEST_PAUSE_S == 8 * 3600.0
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])

@@ -18,7 +18,6 @@ from faults import (
     late_by,
     lost,
     ready_arm,
-    sim_arm,
     twice,
     without_byte,
 )
@@ -31,10 +30,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import (
     ArmError,
     DeviceFault,
-    LinkLost,
-    NoAnswer,
     PositionMismatch,
-    Stopped,
 )
 from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
@@ -146,37 +142,6 @@ def test_noise_on_an_idle_line_moves_nothing_and_harms_nothing(noise):
     assert honest(arm)
 
 
-def test_a_silent_arm_is_given_up_after_its_deadline_and_not_before():
-    arm = ready_arm()
-    arm.twin.link.back.append(Rule(b"", lost, times=1e9))
-    began_s = arm.status.time_s
-    with pytest.raises(NoAnswer, match="switched on"):
-        arm.move_j(base_deg=80)
-    assert 0.5 < arm.status.time_s - began_s < 5.0
-
-
-@pytest.mark.parametrize("moment", ["idle", "burst", "home"])
-def test_a_pulled_cable_is_seen_at_once_in_words(moment):
-    arm = ready_arm() if moment != "home" else sim_arm()
-    link = arm.twin.link
-    if moment == "idle":
-        link.cut()
-        arm.sleep(1.0)
-    else:
-        link.on_write = lambda data: link.cut() if data.startswith(b"@STEP") else None
-        with pytest.raises(LinkLost, match="pulled"):
-            arm.move_j(base_deg=50) if moment == "burst" else arm.home()
-    assert arm.status.state is State.DISCONNECTED
-    assert "pulled" in arm.status.error
-    assert (arm.status.trust is Trust.REFERENCED) == (moment == "idle")
-    for stop in (arm.stop, arm.estop):
-        with pytest.raises(LinkLost, match="did not reach the arm"):
-            stop()
-    arm.close()
-    with pytest.raises(ArmError):
-        arm.move_j(base_deg=1)
-
-
 CALLS = st.sampled_from(
     [
         lambda arm: arm.move_j(base_deg=4),
@@ -215,17 +180,6 @@ def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
     assert arm.twin.board.lost_bytes == 0
     assert arm.twin.link.messages.count(b"@RESET\r") <= sum(1 for _ in calls)
     assert honest(arm)
-
-
-def test_connect_estop_reset_and_the_start_of_homing_move_nothing():
-    arm = sim_arm()
-    arm.estop()
-    arm.reset()
-    with pytest.raises(Stopped):
-        arm.home(operator=lambda request: arm.request_stop() or arm.sleep(0.1) or True)
-    arm.close()
-    assert not arm.twin.link.named(b"@STEP")
-    assert not arm.twin.link.named(b"@RESET")
 
 
 def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap():

@@ -83,12 +83,12 @@ def test_rows_that_are_there_already_are_not_written_again(arm):
 )
 def test_a_controller_without_a_program_says_so_before_a_byte(dialect):
     with Arm.connect(f"sim:{dialect}") as arm:
-        sent = arm.parts.engine.bytes_sent
+        sent = arm.parts.engine.requests_sent
         with pytest.raises(Refused, match="keeps no program"):
             arm.controller.read_program()
         with pytest.raises(Refused, match="keeps no program"):
             arm.controller.write_program(program(1))
-        assert arm.parts.engine.bytes_sent == sent
+        assert arm.parts.engine.requests_sent == sent
 
 
 def test_a_full_memory_says_which_rows_are_in_it():
@@ -158,10 +158,10 @@ def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
         arm.disable()  # @RESET: from now on, the registers count from here
         arm.enable()
         arm.reference.declare(arm.twin.world.joints)
-        sent = arm.parts.engine.bytes_sent
+        sent = arm.parts.engine.requests_sent
         with pytest.raises(Refused, match="count from elsewhere"):
             arm.controller.write_program(read)
-        assert arm.parts.engine.bytes_sent == sent
+        assert arm.parts.engine.requests_sent == sent
         now = arm.controller.read_program().origin
         shifted = read.moved_to(now)
         arm.controller.write_program(shifted)

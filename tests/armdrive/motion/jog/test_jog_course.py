@@ -8,7 +8,6 @@ import pytest
 from amounts import every_row
 
 from armdrive.connect.target import simulated_config
-from armdrive.errors import BadRequest
 from armdrive.motion.jog.bounds import JogEnded, furthest
 from armdrive.motion.jog.course import JogCourse, JogProposal, Wish, stride
 from armdrive.motion.plan import SpeedLimits
@@ -93,12 +92,6 @@ def test_a_jog_reaches_full_speed_by_its_ramp_and_no_sooner():
     for index, speed in enumerate(speeds):
         assert speed <= BASE_RAD_S * ((index + 1) * LEG_S / RAMP_S) + 1e-9
     assert speeds[4:] == pytest.approx([BASE_RAD_S] * 4)
-
-
-def test_a_slow_jog_has_the_same_slope_and_so_a_shorter_ramp():
-    speeds = rates(Driven().hold(Jog.joint(base=1.0), legs=3, speed=0.25))
-    assert speeds[0] == pytest.approx(BASE_RAD_S * 0.125)
-    assert speeds[1:] == pytest.approx([BASE_RAD_S * 0.25] * 2)
 
 
 def test_turning_round_goes_through_zero_by_the_ramp():
@@ -257,14 +250,6 @@ def test_along_the_tool_the_tip_goes_straight_where_the_hand_points():
     assert after.pitch_rad == pytest.approx(pitch, abs=1e-9)
 
 
-def test_across_the_tool_the_tip_follows_the_hand_round_the_base():
-    arm = Driven()
-    r = math.hypot(arm.pose.x_mm, arm.pose.y_mm)
-    arm.hold(Jog.cartesian(frame="tool", y=1.0), legs=40)
-    assert abs(arm.here.joints[0]) > 0.3
-    assert math.hypot(arm.pose.x_mm, arm.pose.y_mm) == pytest.approx(r, rel=0.03)
-
-
 def test_a_frame_of_the_arm_file_turns_the_line():
     board = UserFrame.turned((300.0, 0.0, 0.0), yaw_rad=math.radians(90.0))
     arm = Driven(config=replace(CONFIG, frames={"board": board}))
@@ -272,13 +257,6 @@ def test_a_frame_of_the_arm_file_turns_the_line():
     arm.hold(Jog.cartesian(frame="board", x=1.0), legs=10)
     assert arm.pose.y_mm > before.y_mm + 10.0
     assert (arm.pose.x_mm, arm.pose.z_mm) == pytest.approx((before.x_mm, before.z_mm), abs=1e-6)
-
-
-def test_a_jog_in_an_unknown_frame_is_refused():
-    with pytest.raises(BadRequest, match="no frame is called 'bench'"):
-        Driven().leg(Jog.cartesian(frame="bench", x=1.0))
-    with pytest.raises(BadRequest, match="a joint jog has no frame"):
-        Jog(Jog.joint(base=1.0).space, (("base", 1.0),), "tool")
 
 
 def test_a_jog_with_no_direction_ends_at_once_without_a_note():

@@ -33,6 +33,7 @@ class Probe:
         self.config = config
         self.geometry = config.model.arm
         self.guarded = config.model.guards.over(self.geometry)
+        assert config.model.transmission is not None
         self.transmission = config.model.transmission
 
     def over_steps(self, joints: Joints) -> float:
