@@ -185,6 +185,16 @@ def test_a_stop_before_the_first_step_lets_nothing_begin():
     assert arm.status.state is State.STANDBY
 
 
+def test_a_stop_ends_waiting_jogs_for_good():
+    arm = ready_arm()
+    arm.jogging.nudge(Jog.joint(base=5.0), speed=0.5)
+    arm.request_stop()
+    arm.sleep(1.0)
+    assert not arm.twin.link.named(b"@STEP")
+    arm.jog_j(shoulder_deg=1)
+    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_handle_can_be_cancelled_and_tells_that_it_was_stopped():
     arm = ready_arm()
     handle = arm.move_j(base_deg=60, wait=False)
