@@ -11,8 +11,6 @@ from firmware_protocol.canopen.drives import (
     RPM,
     ControlBit,
     Controlword,
-    DriveState,
-    OperationMode,
     QuickStopOption,
     StatusBit,
     Statusword,
@@ -51,8 +49,8 @@ from firmware_protocol.fields import in_words
 
 # Values of the drive profile CiA 402 in words.
 #
-# The meaning of bits 4, 10, 12 and 13 depends on the mode; without it they are named as in profile
-# position. While a drive has no current, 10 and 12 mean nothing and are left out.
+# Bits 4, 10, 12 and 13 mean something else in each mode: they have one name that fits all. While a
+# drive has no current, 10 and 12 mean nothing and are left out.
 
 # The number of the profile of drives, in object 1000.
 DRIVES = 402
@@ -71,38 +69,20 @@ PROFILES: Mapping[int, str] = MappingProxyType(
 )
 _KINDS = {0x01: "frequency converter", 0x02: "servo", 0x04: "stepper"}
 
-_CYCLIC = (
-    OperationMode.CYCLIC_POSITION,
-    OperationMode.CYCLIC_VELOCITY,
-    OperationMode.CYCLIC_TORQUE,
-)
 _STATUS: Mapping[StatusBit, str] = {
     StatusBit.WARNING: "warning",
     StatusBit.REACHED: "target reached",
     StatusBit.LIMITED: "limited inside",
-    StatusBit.ACKNOWLEDGED: "set-point taken",
-    StatusBit.FOLLOWING_ERROR: "following error",
+    StatusBit.ACKNOWLEDGED: "acknowledged",
+    StatusBit.FOLLOWING_ERROR: "following or homing error",
 }
 _OF_MOTION = frozenset((StatusBit.REACHED, StatusBit.ACKNOWLEDGED))
-_STATUS_IN: Mapping[OperationMode, Mapping[StatusBit, str]] = {
-    OperationMode.HOMING: {
-        StatusBit.ACKNOWLEDGED: "home found",
-        StatusBit.FOLLOWING_ERROR: "homing failed",
-    },
-    **{
-        mode: {StatusBit.REACHED: "", StatusBit.ACKNOWLEDGED: "follows its targets"}
-        for mode in _CYCLIC
-    },
-}
 _CONTROL: Mapping[ControlBit, str] = {
-    ControlBit.NEW_SET_POINT: "new set-point",
+    ControlBit.NEW_SET_POINT: "new set-point or go home",
     ControlBit.AT_ONCE: "at once",
     ControlBit.RELATIVE: "relative",
     ControlBit.HALT: "halt",
     ControlBit.CHANGE_ON_SET_POINT: "without stopping there",
-}
-_CONTROL_IN: Mapping[OperationMode, Mapping[ControlBit, str]] = {
-    OperationMode.HOMING: {ControlBit.NEW_SET_POINT: "go home"},
 }
 _REACTIONS = {0: "nothing", 1: "fault", 2: "disable voltage", 3: "quick stop"}
 # The homing methods of CiA 402-2 (6098): up is the direction in which the drive counts up.
@@ -119,30 +99,27 @@ _HOMING: tuple[tuple[tuple[int, ...], str], ...] = (
 )
 
 
-def state_words(value: int, mode: OperationMode | None = None) -> str:
+def state_words(value: int) -> str:
     """Return a statusword: its state and its other flags."""
     word = Statusword(value & 0xFFFF)
     state = word.state
     parts = ["no state of CiA 402" if state is None else in_words(state)]
-    special = _STATUS_IN.get(mode, {}) if mode is not None else {}
-    bits = [bit for bit in _STATUS if word.has(bit) and (bit not in _OF_MOTION or _holds(state))]
-    parts += filter(None, (special.get(bit, _STATUS[bit]) for bit in bits))
+    holds = state is not None and state.holds
+    parts += [
+        words
+        for bit, words in _STATUS.items()
+        if word.has(bit) and (holds or bit not in _OF_MOTION)
+    ]
     if not word.has(StatusBit.REMOTE):
         parts.append("not remote: it does not obey")
     return f"{word.value:04X} {', '.join(parts)}"
 
 
-def _holds(state: DriveState | None) -> bool:
-    return state is not None and state.holds
-
-
-def control_words(value: int, mode: OperationMode | None = None) -> str:
-    """Return a controlword: its command, and the bits that the mode defines."""
+def control_words(value: int) -> str:
+    """Return a controlword: its command and its other bits."""
     word = Controlword(value & 0xFFFF)
-    special = _CONTROL_IN.get(mode, {}) if mode is not None else {}
-    bits = [special.get(bit, words) for bit, words in _CONTROL.items() if word.has(bit)]
-    command = in_words(word.command)
-    return f"{word.value:04X} {', '.join((command, *bits))}"
+    bits = [words for bit, words in _CONTROL.items() if word.has(bit)]
+    return f"{word.value:04X} {', '.join((in_words(word.command), *bits))}"
 
 
 def mode_words(value: int) -> str:

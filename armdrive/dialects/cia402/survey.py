@@ -43,7 +43,6 @@ from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen.drives import (
     OperationMode,
     Statusword,
-    mode_of,
     supported_modes,
 )
 from firmware_protocol.canopen.host import Host, HostEvent, SdoAnswered
@@ -325,10 +324,8 @@ def _type_words(node: CanopenNode) -> str:
 
 
 def _drive_words(node: CanopenNode) -> list[str]:
-    shown = node.number_of(MODE_SHOWN)
-    mode = None if shown is None else mode_of(shown)
     rows: tuple[tuple[Place, Callable[[int], str]], ...] = (
-        (STATUSWORD, lambda value: state_words(value, mode)),
+        (STATUSWORD, state_words),
         (MODE_SHOWN, lambda value: f"mode {mode_words(value)}"),
         (POSITION, lambda value: f"at {value}"),
         (SUPPORTED_MODES, lambda value: f"can do {modes_words(value)}"),

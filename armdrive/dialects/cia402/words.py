@@ -20,15 +20,12 @@ from armdrive.dialects.bus.words import (
 )
 from armdrive.dialects.bus.words import words as frame_words
 from armdrive.dialects.cia402.objects import (
-    control_words,
     held_words,
     object_words,
     register_words,
-    state_words,
     value_words,
 )
 from armdrive.dialects.words import Describer, Message, Sentences, Weight, wording
-from firmware_protocol.canopen.drives import mode_of
 from firmware_protocol.canopen.objects import (
     CONTROLWORD,
     MODE,
@@ -190,19 +187,12 @@ def _segment(message: Segment) -> str:
 def _process_data(message: PdoWords) -> str:
     if not message.values:
         return f"{message.service.name} {message.data.hex(' ') or 'without data'}"
-    shown = message.values.get(MODE, message.values.get(MODE_SHOWN))
-    mode = mode_of(shown) if isinstance(shown, int) else None
-    parts = []
-    for place, value in message.values.items():
-        words = _WORDS_IN_MODE.get(place)
-        if words is not None and isinstance(value, int):
-            parts.append(words(value, mode))
-        else:
-            parts.append(f"{_SHORT[place]} {value_words(place, value)}")
-    return "; ".join(parts)
+    return "; ".join(
+        f"{_SHORT.get(place, '')} {value_words(place, value)}".lstrip()
+        for place, value in message.values.items()
+    )
 
 
-_WORDS_IN_MODE = {CONTROLWORD: control_words, STATUSWORD: state_words}
 _SHORT = {MODE: "mode", MODE_SHOWN: "mode", TARGET_POSITION: "target", POSITION: "at"}
 
 SENTENCES: Sentences = MappingProxyType(
