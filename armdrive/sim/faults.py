@@ -2,9 +2,9 @@
 
 A `FaultRequest` comes from the command line, from the console or from `Faults.add`. `Faults.ask`
 finds its row in `FAULTS` and reads its words as the row says: so wrong words are refused at once,
-also of a fault that begins later. At its time the row's function makes the fault happen, and
-returns how it ends. Faults of the wire put rules into the directions of the line (wire.py); the
-others change the board, the world or the cable.
+also of a fault that begins later. At its time the row's function makes the fault happen; one that
+lasts is a generator, which also ends it. Faults of the wire put rules into the directions of the
+line (wire.py); the others change the board, the world or the cable.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from types import MappingProxyType
@@ -145,17 +145,17 @@ class Cable:
         self.plugged = True
 
 
-@dataclass(frozen=True, slots=True)
-class Lasting:
-    """A fault that has begun: how it ends, and whether it still has an effect."""
-
-    end: Callable[[], object]
-    alive: Callable[[], bool] = lambda: True
-
-
-# Makes a fault happen, by the `Faults` of a device, the request and its arguments; returns None
-# if it is over at once.
+# A fault that lasts is a generator: it begins, yields a function that says whether it still has an
+# effect, and ends what it began when it is resumed.
+Lasting: TypeAlias = Iterator[Callable[[], bool]]
+# Makes a fault happen, by the `Faults` of a device, the request and its arguments; returns None if
+# it is over at once.
 BeginFault: TypeAlias = Callable[..., Lasting | None]
+
+
+def until_ended() -> bool:
+    """Say that a fault has an effect until it is ended."""
+    return True
 
 
 @dataclass(frozen=True, slots=True)
@@ -315,8 +315,9 @@ def brown_out(on: Faults, _: FaultRequest) -> Lasting:
     """Cut the power for a while; only the fault that has cut the power brings it back."""
     was_on = on.device.powered
     on.device.set_power(False)
-    # a device that was off stays off; another brown-out may have switched it on in the meantime
-    return Lasting(lambda: on.device.set_power(True) if was_on else None)
+    yield until_ended
+    if was_on:
+        on.device.set_power(True)
 
 
 def reset(on: Faults, _: FaultRequest) -> None:
@@ -328,22 +329,24 @@ def lose_steps(on: Faults, _: FaultRequest, motor: int, count: int) -> Lasting:
     """Make a motor lose steps."""
     world = on.device.world
     world.lose(motor, count)
-    return Lasting(lambda: world.to_lose.pop(motor, None), lambda: world.to_lose.get(motor, 0) > 0)
+    yield lambda: world.to_lose.get(motor, 0) > 0
+    world.to_lose.pop(motor, None)
 
 
 def stall(on: Faults, _: FaultRequest, motor: int) -> Lasting:
     """Make a motor stop following."""
     stalled = on.device.world.stalled
     stalled.add(motor)
-    return Lasting(lambda: stalled.discard(motor), lambda: motor in stalled)
+    yield lambda: motor in stalled
+    stalled.discard(motor)
 
 
-def switch(on: Faults, _: FaultRequest, axis: int, state: SwitchState) -> Lasting | None:
+def switch(on: Faults, _: FaultRequest, axis: int, state: SwitchState) -> Lasting:
     """Make a limit switch stick, or free it."""
     on.board.set_switch(axis, state)
-    if state is SwitchState.FREE:
-        return None
-    return Lasting(lambda: on.board.set_switch(axis, SwitchState.FREE))
+    if state is not SwitchState.FREE:
+        yield until_ended
+        on.board.set_switch(axis, SwitchState.FREE)
 
 
 # --- The wire: bytes lost, changed, repeated, late or made up; the cable pulled ------------------
@@ -367,12 +370,9 @@ def ruling(make: MakeRule, on: Faults, request: FaultRequest, amount: MakeAmount
         if request.side in (name, "both"):
             rules.append((lane, make(request, amount(draw(request, salt)))))
             lane.rules.append(rules[-1][1])
-
-    def end() -> None:
-        for lane, rule in rules:
-            lane.rules = [one for one in lane.rules if one is not rule]
-
-    return Lasting(end, lambda: any(rule in lane.rules for lane, rule in rules))
+    yield lambda: any(rule in lane.rules for lane, rule in rules)
+    for lane, rule in rules:
+        lane.rules = [one for one in lane.rules if one is not rule]
 
 
 def delay(on: Faults, request: FaultRequest, seconds: float, amount: Any = _ALL) -> Lasting:
@@ -393,7 +393,8 @@ def garbage(on: Faults, request: FaultRequest, count: int = NOISE_BYTES) -> None
 def unplug(on: Faults, _: FaultRequest) -> Lasting:
     """Pull the cable."""
     on.cable.unplug()
-    return Lasting(on.cable.replug, lambda: not on.cable.plugged)
+    yield lambda: not on.cable.plugged
+    on.cable.replug()
 
 
 def replug(on: Faults, _: FaultRequest, *words: str) -> None:
@@ -406,48 +407,37 @@ def replug(on: Faults, _: FaultRequest, *words: str) -> None:
 
 def bus_off(on: Faults, _: FaultRequest) -> Lasting:
     """Make the host's adapter go bus-off."""
-    line = on.bus
-    line.leave_bus()
-    return Lasting(lambda: line.leave_bus(off=False), lambda: line.adapter.bus_off)
+    on.bus.leave_bus()
+    yield lambda: on.bus.adapter.bus_off
+    on.bus.leave_bus(off=False)
 
 
 def alone(on: Faults, request: FaultRequest) -> Lasting:
     """Stop acknowledging the adapter's frames, as if it were alone on its bus."""
-    adapter, silence = on.bus.adapter, mute(on, request, "both")
-
-    def end() -> None:
-        adapter.alone = False
-        silence.end()
-
-    adapter.alone = True
-    return Lasting(end)
+    on.bus.adapter.alone = True
+    yield from mute(on, request, "both")
+    on.bus.adapter.alone = False
 
 
-# Changes a drive, counted from 0, and returns the value before.
-ChangeDrive: TypeAlias = Callable[[DrivesBoard[Any], int, Any], Any]
+def drive_flag(name: str, on: Faults, _: FaultRequest, at: int) -> Lasting:
+    """Set a flag in the port of a drive."""
+    setattr(on.board.node(at).port, name, True)
+    yield until_ended
+    setattr(on.board.node(at).port, name, False)
 
 
-def changing(
-    change: ChangeDrive, on: Faults, _: FaultRequest, at: int, value: Any = True
-) -> Lasting:
-    """Change a drive, and undo the change at the end."""
-    before = change(on.board, at, value)
-    return Lasting(lambda: change(on.board, at, before))
+def dead_drive(on: Faults, _: FaultRequest, at: int) -> Lasting:
+    """Cut a drive's supply."""
+    on.board.switch_drive(at, False)
+    yield until_ended
+    on.board.switch_drive(at, True)
 
 
-def _in_port(name: str) -> ChangeDrive:
-    """Return a change of one of the switches in a drive's port."""
-
-    def change(board: DrivesBoard[Any], at: int, on: bool) -> bool:
-        setattr(board.node(at).port, name, on)
-        return False
-
-    return change
-
-
-def _cut_supply(board: DrivesBoard[Any], at: int, on: bool) -> bool:
-    board.switch_drive(at, not on)
-    return False
+def set_drive(key: str, on: Faults, _: FaultRequest, at: int, value: int) -> Lasting:
+    """Change the id or the mode of a drive, as its own keys do."""
+    before = getattr(on.board.node(at), f"set_{key}")(value, on.device.now_s)
+    yield until_ended
+    getattr(on.board.node(at), f"set_{key}")(before, on.device.now_s)
 
 
 def reset_drive(on: Faults, _: FaultRequest, at: int) -> None:
@@ -458,7 +448,8 @@ def reset_drive(on: Faults, _: FaultRequest, at: int) -> None:
 def ailing_drive(on: Faults, _: FaultRequest, at: int, code: int) -> Lasting:
     """Give a drive a fault of its own for a while; afterwards it must be reset."""
     on.board.put_in_fault(at, code)
-    return Lasting(lambda: on.board.fix(at, code))
+    yield until_ended
+    on.board.fix(at, code)
 
 
 def warning_drive(on: Faults, _: FaultRequest, at: int, code: int) -> None:
@@ -473,10 +464,6 @@ def warning_drive(on: Faults, _: FaultRequest, at: int, code: int) -> None:
 
 def _wire(name: str, summary: str, make: MakeRule, needs: type = object) -> FaultKind:
     return FaultKind(name, AMOUNT, summary, partial(ruling, make), needs)
-
-
-def _drive(name: str, arguments: str, summary: str, change: ChangeDrive) -> FaultKind:
-    return FaultKind(name, arguments, summary, partial(changing, change), DrivesBoard)
 
 
 _KINDS = (
@@ -500,15 +487,16 @@ _KINDS = (
           lambda _, amount: Rule(amount, late_s=OVERTAKEN_S, overtaken=True), DrivesBoard),
     FaultKind("bus-off", "", "the host's adapter goes bus-off", bus_off, DrivesBoard),
     FaultKind("alone", "", "no node acknowledges the adapter's frames", alone, DrivesBoard),
-    _drive("drive-mute", "MOTOR", "a drive sends nothing but obeys", _in_port("mute")),
-    _drive("drive-dead", "MOTOR", "a drive has no supply", _cut_supply),
+    FaultKind("drive-mute", "MOTOR", "a drive sends nothing but obeys",
+              partial(drive_flag, "mute"), DrivesBoard),
+    FaultKind("drive-dead", "MOTOR", "a drive has no supply", dead_drive, DrivesBoard),
     FaultKind("drive-reset", "MOTOR", "a drive restarts", reset_drive, DrivesBoard),
-    _drive("drive-mode", "MOTOR MODE", "a drive is in another mode",
-           lambda board, at, mode: board.node(at).set_mode(mode, board.now_s)),
-    _drive("drive-id", "MOTOR ID", "a drive has another id",
-           lambda board, at, number: board.node(at).set_id(number, board.now_s)),
-    _drive("no-done", "MOTOR", "a drive does not report the end of a motion",
-           _in_port("withheld")),
+    FaultKind("drive-mode", "MOTOR MODE", "a drive is in another mode",
+              partial(set_drive, "mode"), DrivesBoard),
+    FaultKind("drive-id", "MOTOR ID", "a drive has another id",
+              partial(set_drive, "id"), DrivesBoard),
+    FaultKind("no-done", "MOTOR", "a drive does not report the end of a motion",
+              partial(drive_flag, "withheld"), DrivesBoard),
     FaultKind("drive-fault", "MOTOR CODE", "a drive fails with an error code, such as 4310",
               ailing_drive, SaysEmergencies),
     FaultKind("drive-emcy", "MOTOR CODE", "a drive sends an EMCY and carries on", warning_drive,
@@ -555,6 +543,7 @@ class _Active:
     request: FaultRequest
     arguments: tuple[Any, ...]
     lasting: Lasting
+    alive: Callable[[], bool]
 
 
 def link_cable(link: MemoryLink) -> Cable:
@@ -586,7 +575,7 @@ class Faults:
     @property
     def active(self) -> tuple[str, ...]:
         """The faults in effect, as they were requested."""
-        return tuple(each.request.text for each in self._active if each.lasting.alive())
+        return tuple(each.request.text for each in self._active if each.alive())
 
     def add(
         self,
@@ -625,10 +614,11 @@ class Faults:
             if each.request.name == request.name and each.arguments[0] == arguments[0]:
                 self._end(each)
         lasting = kind.begin(self, request, *arguments)
-        if lasting is None:
+        alive = None if lasting is None else next(lasting, None)
+        if lasting is None or alive is None:
             return
-        active = _Active(request, arguments, lasting)
-        self._active = [*(each for each in self._active if each.lasting.alive()), active]
+        active = _Active(request, arguments, lasting, alive)
+        self._active = [*(each for each in self._active if each.alive()), active]
         lasts_s = kind.lasts_s if request.for_s is None else request.for_s
         if lasts_s is not None:
             self._later(lasts_s, lambda: self._end(active))
@@ -647,5 +637,5 @@ class Faults:
     def _end(self, active: _Active) -> None:
         if active in self._active:
             self._active.remove(active)
-            if active.lasting.alive():
-                active.lasting.end()
+            if active.alive():
+                next(active.lasting, None)
