@@ -1,8 +1,8 @@
 """Functions of any kind of number: one formula runs on floats, on counting numbers, on symbols.
 
 Plain numbers go straight to `math`. Numbers of another kind have methods of the same names
-(`sin()`, `cos()`, `sqrt()`, `acos()`, `y.atan2(x)`, and `x.atan2_of(y)` for when only x is of that
-kind) and their own arithmetic. `number` and `numbers` check what a caller passes. Angles in rad.
+(`sin()`, `cos()`, `sqrt()`, `y.atan2(x)`, and `x.atan2_of(y)` for when only x is of that kind) and
+their own arithmetic. `number` and `numbers` check what a caller passes. Angles in rad.
 """
 
 from __future__ import annotations
@@ -86,11 +86,6 @@ def cos(x: Any) -> Any:
 def sqrt(x: Any) -> Any:
     """Return the square root. Raises ValueError for a plain number below zero."""
     return x.sqrt() if is_own_kind(x) else math.sqrt(x)
-
-
-def acos(x: Any) -> Any:
-    """Return the angle from 0 to pi with this cosine. Raises ValueError beyond -1 to 1."""
-    return x.acos() if is_own_kind(x) else math.acos(x)
 
 
 def atan2(y: Any, x: Any) -> Any:

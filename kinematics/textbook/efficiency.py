@@ -37,7 +37,7 @@ class Tally:
     roots: int = 0
     sines: int = 0
     arcs: int = 0
-    """Sines and cosines; arc tangents and arc cosines."""
+    """Sines and cosines; arc tangents."""
 
     @property
     def trigonometric(self) -> int:
@@ -113,7 +113,6 @@ class Count(float):
     sin = _function("sines", math.sin)
     cos = _function("sines", math.cos)
     sqrt = _function("roots", math.sqrt)
-    acos = _function("arcs", math.acos)
 
     def __neg__(self) -> Count:
         return self.ledger.number(-float(self))

@@ -207,9 +207,6 @@ def ik(options: argparse.Namespace) -> Iterator[Result]:
     goal = _goal(chain, options)
     solution = solve_goal(chain, goal)
     branches = _branches(subject, goal, solution)
-    within = [branch.joints for branch in branches if branch.within_limits]
-    if within and not solution.ok:  # the numerical solver overlooked it
-        solution = solve_goal(chain, goal, within[0])
     found = how_solved(chain)
     shows_structure = bool(branches) and subject.system is None
     view = {

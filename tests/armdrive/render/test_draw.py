@@ -11,7 +11,7 @@ from space_cases import CAMERAS, guarded, six_axes
 
 from armdrive.render.camera import Camera, Dome, projection
 from armdrive.render.canvas import Ink, Raster, can_braille, clip
-from armdrive.render.figure import dome
+from armdrive.render.figure import dome, stance
 from armdrive.render.scene import (
     LEAP,
     MOST_POINTS,
@@ -24,6 +24,7 @@ from armdrive.render.scene import (
 from kinematics import Joints, preset
 from kinematics.five_axis.workspace import section
 from kinematics.frames.rotations import from_columns, multiply, rot_y, rot_z, rotate, transpose
+from kinematics.geometry import Tool
 from kinematics.limits import sampled
 
 MODEL = preset("teachmover")
@@ -92,6 +93,12 @@ def test_the_side_view_is_the_arms_own_plane_whatever_the_base():
     )
     assert straight == turned
     assert straight != lower
+
+
+def test_fingers_that_hold_a_tool_are_at_the_hand_and_not_at_the_tool_s_point():
+    arm = MODEL.arm.with_tool(Tool(along_mm=60.0))
+    found = stance(arm, posture(), 30.0, 452.0)
+    assert [found.points[index] for index in found.hand] == list(MODEL.arm.points(posture())[-2:])
 
 
 def test_a_drawing_shows_one_posture_alone():

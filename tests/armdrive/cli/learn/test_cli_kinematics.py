@@ -30,6 +30,7 @@ def test_fk_gives_the_pose_of_a_posture_and_the_limits_that_it_passes(call):
     assert found["violations"] == []
     called = call("fk", "120", "40", "-60", "-70", "0", code=0)
     assert "but: base 30.0° beyond its limit of 90.0°" in called.out
+    assert "but: the tip would be" in call("fk", "0", "0", "-90", "0", "0", code=0).out
 
 
 def test_ik_undoes_fk(call):
@@ -232,6 +233,8 @@ def test_another_system_is_drawn_from_two_sides(call, name):
     assert "z up" in lines[-2]
     assert "y up" in lines[-1]
     assert sum(line.count(".") for line in lines[1:-2]) > 10
+    (plane,) = call(*WORKSPACE, "--model", "two-link-1", "--json", code=0).json["views"]
+    assert (plane["across"], plane["up"]) == ("x", "y")
 
 
 def test_without_matplotlib_the_extra_is_named(call, monkeypatch, tmp_path):
