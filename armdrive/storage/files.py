@@ -84,7 +84,9 @@ class StateFiles:
 
     def make_folder(self, folder: Path) -> None:
         """Make a private folder, and its parents."""
-        folder.mkdir(PRIVATE_FOLDER, parents=True, exist_ok=True)
+        missing = [each for each in (folder, *folder.parents) if not each.is_dir()]
+        for each in reversed(missing):  # `parents=True` would leave these open to a group
+            each.mkdir(PRIVATE_FOLDER, exist_ok=True)
 
     def may_change(self, folder: Path) -> bool:
         """Return whether files in this folder can be replaced; true for a folder yet to be made."""

@@ -51,12 +51,19 @@ def test_another_users_folder_is_not_used(state):
     assert list(state.iterdir()) == []
 
 
-def test_folders_and_files_that_are_made_are_this_users_alone():
-    hold("bench").release()
-    replace_file(places.states() / "file", "text")
-    write_down(logbook_file("bench"), {}, "1", "sensor")
-    assert stat.S_IMODE(places.states().stat().st_mode) == 0o700
-    for path in (places.states() / "file", notice_path("bench", "lock"), logbook_file("bench")):
+@pytest.mark.parametrize("mask", [0o000, 0o002, 0o077])
+def test_folders_and_files_that_are_made_are_this_users_alone(mask):
+    before = os.umask(mask)
+    try:
+        replace_file(places.recordings() / "file", "text")
+        hold("bench").release()
+        write_down(logbook_file("bench"), {}, "1", "sensor")
+    finally:
+        os.umask(before)
+    for folder in (places.states(), places.recordings()):
+        assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    files = (places.recordings() / "file", notice_path("bench", "lock"), logbook_file("bench"))
+    for path in files:
         assert stat.S_IMODE(path.stat().st_mode) == 0o600, path
 
 
