@@ -48,8 +48,8 @@ class Held:
     """One long press: its events, the delay of the first repeat and the usual interval.
 
     Both times are None if too few repeats came. `released_s` is how long after the last repeat the
-    jog would end, `breaks` how often it would have ended while the key was held, and `dropped`
-    whether the dead-man switch took the repeats for a backlog. `tmux` is whether tmux passes them.
+    jog would end, `breaks` how often it would have ended while the key was held, also because the
+    dead-man switch took the repeats for a backlog. `tmux` is whether tmux passes them.
     """
 
     events: int
@@ -57,13 +57,12 @@ class Held:
     interval_s: float | None = None
     released_s: float | None = None
     breaks: int = 0
-    dropped: bool = False
     tmux: bool = False
 
     @property
     def works(self) -> bool:
         """Whether holding a key moves an arm smoothly, and only while the key is held."""
-        return self.interval_s is not None and not self.breaks and not self.dropped
+        return self.interval_s is not None and not self.breaks
 
     @property
     def rate_hz(self) -> float | None:
@@ -94,7 +93,7 @@ class Held:
             )
         elif self.interval_s is None:
             yield "too few repeats came to measure their rate: hold the key longer"
-        elif self.dropped or self.breaks or self.interval_s > SLOWEST_S:
+        elif self.breaks or self.interval_s > SLOWEST_S:
             yield (
                 "repeats came late or in bursts, so the dead-man switch ended the jog while the "
                 "key was held: set a faster repeat, 20 to 30 a second, use a faster link, or jog "
@@ -116,7 +115,7 @@ class Held:
     @property
     def lines(self) -> list[str]:
         """All of it as text."""
-        remedies = (f"- {remedy}." for remedy in self.remedies())
+        remedies = [f"- {remedy}." for remedy in self.remedies()]
         return [f"Held key: {self}.", *remedies, f"Verdict: {self.verdict}."]
 
     def view(self) -> dict[str, Any]:
@@ -140,18 +139,16 @@ def held(times_s: Sequence[float], *, tmux: bool = False) -> Held:
     switch = DeadMan()
     switch.arm(times_s[0] - QUIET_S)
     ends: list[float] = []
-    dropped = False
     for time_s in (*times_s, math.inf):
         while (due_s := switch.next_s()) < time_s:
             ends += [due_s for each in switch.tick(due_s) if isinstance(each, Release)]
         if time_s < math.inf:
             actions = switch.press("held", time_s)
-            ends += [time_s for each in actions if isinstance(each, Release)]
-            dropped = dropped or any(isinstance(each, Disarm) for each in actions)
-    breaks = [end_s for end_s in ends if end_s < times_s[-1]]
-    released_s = None if len(breaks) == len(ends) else ends[len(breaks)] - times_s[-1]
-    interval_s = median(gaps[1:])
-    return Held(len(times_s), gaps[0], interval_s, released_s, len(breaks), dropped, tmux)
+            ends += [time_s for each in actions if isinstance(each, Release | Disarm)]
+    last_s = times_s[-1]
+    after = [end_s - last_s for end_s in ends if end_s >= last_s]
+    released_s = after[0] if after else None
+    return Held(len(times_s), gaps[0], median(gaps[1:]), released_s, len(ends) - len(after), tmux)
 
 
 # A terminal that passes on every byte at once, and is restored afterwards.

@@ -58,11 +58,7 @@ Failure = Callable[[str], ArmError]
 
 
 def read_bytes(
-    path: Path,
-    what: str,
-    failure: Failure,
-    *,
-    most_bytes: int = LARGEST_BYTES,
+    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
 ) -> bytes:
     """Return the content of a regular file. `what` names its kind in errors, as "the arm file".
 
@@ -72,20 +68,13 @@ def read_bytes(
     try:
         data = read_plain(path, most_bytes + 1)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL or a lone surrogate
-        reason = reason_of(error)
-        raise failure(f"{what} {path} cannot be read: {reason}") from None
+        raise failure(f"{what} {path} cannot be read: {reason_of(error)}") from None
     if len(data) > most_bytes:
         raise failure(f"{what} {path} is larger than the limit of {most_bytes} bytes")
     return data
 
 
-def read_text(
-    path: Path,
-    what: str,
-    failure: Failure,
-    *,
-    most_bytes: int = LARGEST_BYTES,
-) -> str:
+def read_text(path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES) -> str:
     """Return the text of a regular file in UTF-8, without a byte order mark.
 
     Raises as `read_bytes` does, and for bytes that are not UTF-8.
@@ -113,11 +102,7 @@ def read_toml(path: Path, what: str, failure: Failure) -> dict[str, Any]:
 
 
 def read_json(
-    path: Path,
-    what: str,
-    failure: Failure,
-    *,
-    most_bytes: int = LARGEST_BYTES,
+    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
 ) -> object:
     """Return what a JSON file holds. Raises as `read_text` and `parse_json` do."""
     text = read_text(path, what, failure, most_bytes=most_bytes)

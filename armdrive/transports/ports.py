@@ -251,26 +251,17 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
 
 def _in_use(port: str) -> str:
     found = holder(port)
-    if found is not None and found.pid == os.getpid():
-        return (
-            f"{port} is in use by another program or by this one (pid {found.pid}): close the "
-            "connection that uses it first"
-        )
-    named = "" if found is None else f", {found.program} (pid {found.pid})"
-    return f"{port} is in use by another program{named}: end that program first"
+    named = "another program" if found is None else f"{found.program} (pid {found.pid})"
+    return f"{port} is in use by {named}: end that program, or close its connection, first"
 
 
 def _forbidden(port: str) -> str:
     group = owning_group(port)
     if group in _ADMIN_GROUPS:
-        return (
-            f"no permission to open {port}: it belongs to {group or 'another user'} alone; ask "
-            "the administrator of this computer to give users access, for instance by a udev rule"
-        )
-    return (
-        f"no permission to open {port}: it belongs to the group {group}. Add yourself with "
-        f"`sudo usermod -aG {group} $USER`, then log in again"
-    )
+        todo = "ask the administrator of this computer for access, for instance by a udev rule"
+    else:
+        todo = f"add yourself to its group with `sudo usermod -aG {group} $USER`, then log in again"
+    return f"no permission to open {port}: {todo}"
 
 
 def owning_group(port: str) -> str | None:
@@ -428,15 +419,15 @@ def is_down(address: CanAddress) -> PortUnavailable | None:
 def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavailable:
     """Return the error for an interface that python-can does not have, or that is not named."""
     names = sorted(known)
-    if not address.interface:
+    if address.interface:
         return PortUnavailable(
-            f"{address} names no CAN interface, and python-can's configuration names none: write "
-            "can:INTERFACE:CHANNEL, or set CAN_INTERFACE and CAN_CHANNEL, or write ~/.canrc. "
-            + SLCAN_OR_NOT
+            f"python-can has no interface {address.interface!r}; it has {', '.join(names)}"
+            f"{suggestion(address.interface, names)}"
         )
-    hint = suggestion(address.interface, names)
     return PortUnavailable(
-        f"python-can has no interface {address.interface!r}; it has {', '.join(names)}{hint}"
+        f"{address} names no CAN interface, and python-can's configuration names none: write "
+        f"can:INTERFACE:CHANNEL, or set CAN_INTERFACE and CAN_CHANNEL, or write ~/.canrc. "
+        f"{SLCAN_OR_NOT}"
     )
 
 
