@@ -113,6 +113,12 @@ DTR = {"raise_dtr": True, "keep_dtr_on_close": True}
             Grade.NOTE,
             "the board restarted",
         ),
+        (
+            Examination(Identity("grbl", "x"), 9600, (ProbeReply("?", 9600, b"$I", b"$Iok"),)),
+            None,
+            Grade.PROBLEM,
+            "echoes everything that is sent; switch the echo off",
+        ),
         # observed: an Armdroid greets whoever opens its port; its motors keep holding
         (
             SimPort(ScriptedDevice((0.5, b"Welcome, Armdroid!\r\n"))).examine(9600),
