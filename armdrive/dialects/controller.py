@@ -112,14 +112,13 @@ class Stopping:
     `silent_motion_s` are how long the motion takes, at its own speed, for the distance covered
     meanwhile: less than those times, since it brakes. `asked_extra_steps` and `silent_extra_steps`
     are what each motor may turn on top: a drive that lags catches up, and a stop may end beyond the
-    target. `confirmed_s` is the time until the driver knows that the motors stand after a stop.
+    target.
     """
 
     asked_s: float
     asked_motion_s: float
     silent_s: float
     silent_motion_s: float
-    confirmed_s: float
     asked_extra_steps: float = 0.0
     silent_extra_steps: float = 0.0
 
@@ -221,18 +220,15 @@ class ScriptRunner(ABC, Generic[H]):
 
     # -- what most dialects share -------------------------------------------------------------
 
-    def whole_burst(
-        self, burst_s: float, parts: Sequence[StopPart], sent_s: float, seen_s: float
-    ) -> Stopping:
+    def whole_burst(self, burst_s: float, parts: Sequence[StopPart], sent_s: float) -> Stopping:
         """Bound a stop if no message ends a burst early, or if that message may be lost.
 
-        A burst begins `sent_s` after it was sent, and may also be a single step at any speed. The
-        driver knows `seen_s` after the last step that the motors stand.
+        A burst begins `sent_s` after it was sent, and may also be a single step at any speed.
         """
         slowest_hz = min((part.rate_hz for part in parts), default=0.0)
         motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
         stands_s = sent_s + motion_s
-        return Stopping(stands_s, motion_s, stands_s, motion_s, stands_s + seen_s)
+        return Stopping(stands_s, motion_s, stands_s, motion_s)
 
     def search(self, request: HomeDevice) -> Search:  # noqa: ARG002
         """Bound the device's own homing, and how long it goes on if the host falls silent.

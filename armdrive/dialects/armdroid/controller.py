@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from armdrive.abilities import Abilities, Switching
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import Driver
-from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, BoardExchange
+from armdrive.dialects.armdroid.exchange import BoardExchange
 from armdrive.dialects.armdroid.settings import ArmdroidSettings
 from armdrive.dialects.controller import (
     HOST_DELAY_S,
@@ -227,8 +227,7 @@ class ArmdroidController(ScriptRunner[HostEvent]):
             most = max(int(burst_s * self._table.fastest_hz), 1)
             text = self.abilities.motors * len(f"{most}-,")
         sent_s = self._board.taking_s(text) + HOST_DELAY_S
-        seen_s = LONGEST_OFFSETS * self._byte_s + HOST_DELAY_S
-        return self.whole_burst(burst_s, parts, sent_s, seen_s)
+        return self.whole_burst(burst_s, parts, sent_s)
 
     # -- scripts ------------------------------------------------------------------------------
 

@@ -36,8 +36,6 @@ from firmware_protocol.armdroid.messages import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]
 
-# Characters of the longest answer to a motion.
-LONGEST_OFFSETS = len("offsets = " + ",".join(["-32768"] * 6) + "\r\n")
 # The speed that consumes a left-over number. It ends in 5: appended to any digits, the board never
 # reads a 0, by which it would divide.
 EMPTYING_RPM = 25

@@ -64,10 +64,6 @@ from kinematics.spaces import Motors
 
 # The least speed that is commanded, in increments a second: drives count whole ones.
 MIN_HZ = 1.0
-# At most this many cycles pass until a drive is seen to stand and has left its quick stop.
-CONFIRM_CYCLES = 8
-# In profile position mode, giving a drive a set-point where it stands takes this many more.
-SET_POINT_CYCLES = 4
 # How far a drive may be off its share of a burst, since speeds and ramps are whole numbers of
 # increments/s; drives with a greater unit of speed may be farther off by as much.
 ROUNDING = 2.0
@@ -274,7 +270,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         rate_hz = max((part.rate_hz for part in parts), default=self.limits.fastest_hz)
         ramp_s = self.limits.quick_stop_s(rate_hz)
         begun_s = HOST_DELAY_S + 2.0 * self.limits.cycle_s
-        silent_s, confirm_cycles = self._unwatched_s, CONFIRM_CYCLES
+        silent_s = self._unwatched_s
         if self.abilities.queued_segments:  # a pause slows down along the path
             smooth_s = self.settings.smoothing_ms / 1000.0
             eases_s = self.limits.ramp_s(rate_hz)
@@ -282,16 +278,11 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         else:
             ends_s = burst_s + HOST_DELAY_S
             silent_s = min(silent_s, ends_s) if self._exchange.watches else ends_s
-            confirm_cycles += SET_POINT_CYCLES
         return Stopping(
             begun_s + ramp_s,
             begun_s + ramp_s / 2.0,
             silent_s + ramp_s,
             silent_s + ramp_s / 2.0,
-            begun_s
-            + ramp_s
-            + confirm_cycles * self.limits.cycle_s
-            + self.limits.ramp_end_s(self.drives[0].tremble),
         )
 
     def search(self, request: HomeDevice) -> Search:

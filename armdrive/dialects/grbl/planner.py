@@ -205,8 +205,6 @@ class SegmentBuffer:
 LONGEST_LINE = 81
 # If a stop, or the report that would show its effect, is lost, the stop is repeated after this.
 RESEND_S = 0.04
-# Time for the reports of a braking board, its reset and its banner.
-CONFIRMED_S = 0.12
 # A board reset in motion holds its motors for the time in $1, 255 ms, and then releases them.
 KILLED_S = 0.3
 
@@ -278,7 +276,6 @@ class MotionBounds:
             heard_s + held_way_s + brakes_s / 2.0,
             burst_s + wire_s + held_s + brakes_s + LAST_STEP_S,
             burst_s + wire_s + held_way_s,
-            max(stands_s + CONFIRMED_S, heard_s + KILLED_S),
         )
 
     def _held_s(self, parts: Sequence[StopPart], piece_s: float) -> float:

@@ -153,8 +153,6 @@ class MksController(ScriptRunner[Event]):
         more than it may lag.
         """
         begun_s = HOST_DELAY_S + 2.0 * STOP_POLL_S  # one stop may be lost, and is repeated
-        # a state and two separate readings show that a drive stands, and an answer may be late
-        seen_s = 3.0 * STOP_POLL_S + 2.0 * self.settings.answer_s
         silent_s = max(burst_s, 1.5 * self.settings.segment_s)
         if self.watched:
             silent_s = min(silent_s, self.settings.watchdog_s)
@@ -169,7 +167,6 @@ class MksController(ScriptRunner[Event]):
             asked[0],
             silent_s + brakes_s + HOST_DELAY_S,
             silent[0],
-            begun_s + brakes_s + seen_s,
             asked[1],
             silent[1],
         )

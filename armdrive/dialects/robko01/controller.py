@@ -56,7 +56,6 @@ from firmware_protocol.robko01 import Event as HostEvent
 from firmware_protocol.robko01 import Request as Message
 from kinematics.spaces import Motors
 
-STANDSTILL_SEEN_S = 0.12  # longest time from the motors' standstill until the driver detects it
 LONGEST_MOVE_BYTES = 32
 
 
@@ -143,8 +142,7 @@ class RobkoController(ScriptRunner[HostEvent]):
         usable_hz = self.usable_rate_hz(rate_hz)
         motion_s = self._pacing.most_steps(burst_s, rate_hz) / min(rate_hz, usable_hz)
         stands_s = HOST_DELAY_S + LONGEST_MOVE_BYTES * self._byte_s + lasts_s
-        seen_s = stands_s + STANDSTILL_SEEN_S
-        return Stopping(stands_s, motion_s, stands_s, motion_s, seen_s, OVERSHOOT_STEPS)
+        return Stopping(stands_s, motion_s, stands_s, motion_s, OVERSHOOT_STEPS)
 
     def deviation_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound each axis's deviation from the straight path, in steps."""

@@ -191,7 +191,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Bound the motion after a stop: a line on the wire and its burst, which nothing ends."""
         sent_s = HOST_DELAY_S + LONGEST_LINE * self._byte_s
-        return self.whole_burst(burst_s, parts, sent_s, ANSWER * self._byte_s + HOST_DELAY_S)
+        return self.whole_burst(burst_s, parts, sent_s)
 
     def _plausible(self, command: Command, motion_s: float, moved_s: float) -> bool:
         """Learn the arm's speed from a command; return False if its duration is impossible."""
