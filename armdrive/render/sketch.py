@@ -95,7 +95,7 @@ def _box(points: Iterable[Point]) -> tuple[Span, Span]:
 _LATTICE = 24
 _FINEST_MM = 5.0
 
-_MAPPED = 1_000_000  # sampled postures of a map: half a second, without gaps on a printed page
+_MAPPED = 300_000  # sampled postures of a map: more fill hardly another of its cells
 _CELLS = 120  # cells along the larger side of a map; each shows at most one point
 
 

@@ -12,7 +12,7 @@ Which file decides what:
     descent        one descent: its damping, and when it gives up
     goals          which parts of a hand's frame matter
     jacobians      rates and singularities
-    many           a million postures at once
+    many           many postures at once, for maps of the reach
 
 How an inverse is found, from `ChainArm.ik(pose, seed)` on:
 

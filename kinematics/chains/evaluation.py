@@ -61,7 +61,7 @@ class Evaluator:
                 origin = add(origin, scale(value, (c, f, i)))
             else:
                 p, q = math.cos(value), math.sin(value)
-                rotation = (
+                rotation = (  # a turn about z leaves the third column as it is
                     (a * p + b * q, b * p - a * q, c),
                     (d * p + e * q, e * p - d * q, f),
                     (g * p + h * q, h * p - g * q, i),

@@ -111,7 +111,7 @@ def test_the_evaluator_s_frame_is_the_product_of_the_matrices(case):
     assert gap(evaluator(chain).fk(values), chain.fk(values)) < 1e-9
 
 
-# Places that chains reach, from a million postures.
+# Places that chains reach.
 
 
 def test_a_reach_without_end_is_refused():

@@ -16,5 +16,5 @@ def own(tmp_path):
 
 @pytest.fixture(autouse=True)
 def sparse_maps(monkeypatch):
-    """Sample a fiftieth of the postures: a terminal shows no gaps between so many."""
-    monkeypatch.setattr(sketch, "_MAPPED", sketch._MAPPED // 50)
+    """Sample a fifteenth of the postures: a terminal shows no gaps between so many."""
+    monkeypatch.setattr(sketch, "_MAPPED", sketch._MAPPED // 15)
