@@ -31,6 +31,8 @@ from firmware_protocol.mks.values import (
     MotorState,
     Outcome,
     Switch,
+    Version,
+    abilities_of,
     check_byte,
     choice,
     one_of,
@@ -128,13 +130,12 @@ class VersionRead(Message, code=Code.VERSION):
     """Whether the encoder is calibrated, the board's number, and the firmware's version.
 
     A real drive of the E series answers with three bytes of firmware (`40 92 01 00 01`,
-    TRazDev/servo42es-esp32-can-controller, protocol notes). The manual 1.0.9 names three and
-    draws two; `version` is then None.
+    TRazDev/servo42es-esp32-can-controller, protocol notes), as the manual 1.0.9 names them.
     """
 
     calibrated: bool
     board: int
-    firmware: bytes
+    version: Version
     e_series: bool = False
     """Whether it is a SERVO42E or 57E, whose commands differ (its manual 1.0.1, 40H)."""
 
@@ -142,25 +143,19 @@ class VersionRead(Message, code=Code.VERSION):
         boolean("calibrated", self.calibrated)
         boolean("e_series", self.e_series)
         whole("board", self.board, 0, 0x0F)
-        if not isinstance(self.firmware, bytes) or len(self.firmware) not in (2, 3):
-            raise BadField("firmware", self.firmware, "two or three bytes")
-
-    @property
-    def version(self) -> tuple[int, int, int] | None:
-        """The version, for `abilities_of`."""
-        return None if len(self.firmware) < 3 else (*self.firmware[:2], self.firmware[2])
+        abilities_of(self.version)  # raises for what is no version
 
     @property
     def payload(self) -> bytes:
         """Series, calibration and board in one byte, then the firmware."""
-        return bytes((self.e_series << 7 | self.calibrated << 4 | self.board,)) + self.firmware
+        first = self.e_series << 7 | self.calibrated << 4 | self.board
+        return bytes((first, *self.version))
 
     @classmethod
     def read(cls, payload: bytes) -> Self:
         """Decode a payload."""
-        sized(payload, 3, 4)
-        first = payload[0]
-        return cls(bool(first & 0x70), first & 0x0F, payload[1:], bool(first & 0x80))
+        first, *version = sized(payload, 4)
+        return cls(bool(first & 0x70), first & 0x0F, tuple(version), bool(first & 0x80))  # type: ignore[arg-type]
 
 
 Reading: TypeAlias = (

@@ -34,10 +34,10 @@ class Device:
     """The protocol machine of a simulated drive.
 
     Several requests may be open at once: the owner keeps them and reports their outcomes later. It
-    makes a new device when the id or the replies change, or the power is lost. Which id a drive
-    uses to answer a `SetId` is not documented; `new_id_answers` selects the new one, as the authors
-    of a public driver report. The device takes another drive's answers with its own id for
-    requests, because nothing in them shows the difference.
+    makes a new device when the id or the replies change, or the power is lost. A `SetId` is
+    confirmed under the new id, as the authors of a public driver report (zauberzeug/lizard). The
+    device takes another drive's answers with its own id for requests, because nothing in them shows
+    the difference.
     """
 
     def __init__(
@@ -46,14 +46,12 @@ class Device:
         firmware: Version = LATEST,
         *,
         replies: ReplyMode = ReplyMode.FULL,
-        new_id_answers: bool = True,
     ) -> None:
         self.node = SetId(node).node
         """The drive's id."""
         self._replies = SetReplies(replies).mode
         self.abilities = abilities_of(firmware)
         """The firmware's abilities."""
-        self._new_id_answers = new_id_answers
 
     def hear(self, frame: Frame) -> Asked | None:
         """Return the request in a frame; None if it is for others, unreadable or not supported."""
@@ -75,7 +73,7 @@ class Device:
         request = asked.request
         status = Status(request.code, outcome)
         by_id = self.node
-        if isinstance(request, SetId) and outcome is Outcome.DONE and self._new_id_answers:
+        if isinstance(request, SetId) and outcome is Outcome.DONE:
             by_id = request.node
         return encode(by_id, status) if asked.alone and self._says(request, outcome) else None
 

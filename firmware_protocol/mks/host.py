@@ -4,6 +4,9 @@ An answer contains a drive and a code, but not its request. So a drive has one o
 code. A newer one replaces it, and the next answer with this code is taken for its answer, even if
 it is a late one to the request before. An open request closes with its first answer.
 
+Drives confirm a new id under that id (zauberzeug/lizard), so the confirmation belongs to no
+request: ask the new id for anything.
+
 The answers to motions follow no order that a host could rely on. A motion is "started", later
 "done" or "failed", or nothing more is heard of it. When a new target (F5) or a stop replaces a
 motion, the drive reports "failed" for the old one and "started" for the new one, in an undocumented
@@ -22,8 +25,8 @@ from firmware_protocol.events import UnreadableFrame
 from firmware_protocol.fields import message
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks.answers import Answer, decode_answer, encode
-from firmware_protocol.mks.requests import ReadSetting, Request, SetId, answer_code
-from firmware_protocol.mks.values import NODE_MAX, Code
+from firmware_protocol.mks.requests import ReadSetting, Request, answer_code
+from firmware_protocol.mks.values import NODE_MAX
 
 
 @message()
@@ -59,31 +62,15 @@ class Host:
     """
 
     def __init__(self, nodes: Iterable[int]) -> None:
-        self._open: dict[int, dict[int, Request]] = {}
+        self._open: dict[int, dict[int, Request]] = {
+            whole("node", node, 1, NODE_MAX): {} for node in nodes
+        }
         self._unpacker = Unpacker()
         self._events: deque[Event] = deque()
-        for node in nodes:
-            self.add(node)
-
-    @property
-    def nodes(self) -> frozenset[int]:
-        """The ids of the drives."""
-        return frozenset(self._open)
-
-    def add(self, node: int) -> None:
-        """Add a drive."""
-        whole("node", node, 1, NODE_MAX)
-        self._open.setdefault(node, {})
-
-    def unanswered(self, node: int) -> tuple[Request, ...]:
-        """Return a drive's open requests."""
-        return tuple(self._of(node).values())
 
     def send(self, node: int, request: Request) -> bytes:
         """Return the bytes of a request to a drive. Raises `LocalProtocolError` for another id."""
         self._of(node)[answer_code(request)] = request
-        if isinstance(request, SetId):
-            self.add(request.node)
         return pack(encode(node, request))
 
     def receive_data(self, data: bytes) -> None:
@@ -118,13 +105,4 @@ class Host:
             answer = decode_answer(frame, setting=isinstance(asked, ReadSetting))
         except RemoteProtocolError as error:
             return UnreadableFrame(frame, str(error))
-        if asked is None and answer.code is Code.NODE:
-            return self._by_new_id(frame.can_id, answer)
         return Answered(frame.can_id, answer, requests.pop(answer.code, None))
-
-    def _by_new_id(self, node: int, answer: Answer) -> Event:
-        """Match an answer from the new id of a drive after `SetId`."""
-        for before, requests in self._open.items():
-            if requests.get(Code.NODE) == SetId(node):
-                return Answered(before, answer, requests.pop(Code.NODE))
-        return Answered(node, answer)

@@ -49,7 +49,7 @@ PLAIN_READS = {
     ),
     mks.ReadStall: st.builds(mks.StallRead, BOOLS),
     mks.ReadVersion: st.builds(
-        mks.VersionRead, BOOLS, st.integers(0, 15), st.binary(min_size=2, max_size=3)
+        mks.VersionRead, BOOLS, st.integers(0, 15), st.tuples(*[st.integers(0, 255)] * 3)
     ),
     mks.ReadState: st.builds(mks.StateRead, st.sampled_from(mks.MotorState)),
 }

@@ -509,10 +509,11 @@ def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
         "It keeps the id without power (8B). no leaves it as it is.",
     ):
         return None
-    taken = dialog.on_wire(_take_id, drive.node)
+    dialog.on_wire(_take_id, drive.node)
     if not dialog.on_wire(answers, drive.node):
-        why = "The drive refused the id." if taken is False else "It does not answer to the new id."
-        dialog.say(f"{why} Switch its supply off and on, then try again.")
+        dialog.say(
+            "It does not answer to the new id. Switch its supply off and on, then try again."
+        )
         return False
     if dialog.on_wire(answers, NODE_DEFAULT):
         dialog.say(
@@ -521,15 +522,14 @@ def _give_id(dialog: DriveDialog, drive: DrivePlace) -> bool | None:
             "them, and set the CanID of the others back in their menu if it has changed."
         )
         return False
-    dialog.say(f"It is drive {drive.node} now" + ("." if taken else ", without confirming it."))
+    dialog.say(f"It is drive {drive.node} now.")
     return True
 
 
-def _take_id(io: MksExchange, node: int) -> MksScript[bool | None]:
-    """Give a new drive its id and time to adopt it; return its reply."""
-    taken = yield from order(io, NODE_DEFAULT, SetId(node))
+def _take_id(io: MksExchange, node: int) -> MksScript[None]:
+    """Give a new drive its id and time to adopt it."""
+    yield from order(io, NODE_DEFAULT, SetId(node))
     yield from io.pause(io.now_s + SETTLE_S)
-    return taken
 
 
 def alone(io: MksExchange, node: int) -> MksScript[bool]:

@@ -35,7 +35,6 @@ from firmware_protocol.mks import (
     ReadState,
     ReadVersion,
     SetMode,
-    SettingRead,
     StallRead,
     Version,
     VersionRead,
@@ -87,14 +86,8 @@ def firmware_of(
         if not isinstance(read, VersionRead):
             mode = yield from io.reading(drive, ReadSetting(Code.MODE))
             found[drive] = Firmware(OLDEST if mode is None else Ability.READ_SETTINGS.since)
-            continue
-        version = read.version
-        if version is None:
-            watchdog = yield from io.reading(drive, ReadSetting(Code.WATCHDOG))
-            has_one = isinstance(watchdog, SettingRead) and watchdog.value is not None
-            version = (Ability.SILENCE_WATCHDOG if has_one else Ability.VERSION).since
-        reported = read.version is not None
-        found[drive] = Firmware(version, reported, read.calibrated, read.board, read.e_series)
+        else:
+            found[drive] = Firmware(read.version, True, read.calibrated, read.board, read.e_series)
     return found
 
 

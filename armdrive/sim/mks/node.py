@@ -228,7 +228,6 @@ class MksNode:
             self.flash.of(mks.SetId).node,
             self.firmware,
             replies=self.flash.of(mks.SetReplies).mode,
-            new_id_answers=self.quirks.new_id_answers,
         )
 
     def _restart_firmware(self, now_s: float) -> None:
@@ -374,8 +373,7 @@ def _homing(node: MksNode, _: float) -> mks.HomingRead:
 
 
 def _version(node: MksNode, _: float) -> mks.VersionRead:
-    version = bytes(node.firmware)[1 if node.quirks.short_version else 0 :]
-    return mks.VersionRead(node.calibrated, BOARD, version, node.quirks.e_series)
+    return mks.VersionRead(node.calibrated, BOARD, node.firmware, node.quirks.e_series)
 
 
 # fmt: off

