@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
-from armdrive.registry import DIALECTS
 from armdrive.sim.device import Value
 
 
@@ -79,14 +78,6 @@ class Board:
     letters: str
     twin: Mapping[str, Value] = field(default_factory=dict)
 
-    @property
-    def lacking(self) -> str:
-        """Return why this board cannot drive an arm; empty if it can."""
-        needed = DIALECTS[self.dialect].abilities.motors
-        if len(self.letters) >= needed:
-            return ""
-        return f"the board has {len(self.letters)} axes, and the arm has {needed} motors"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AvrBoard(Board):
@@ -155,20 +146,6 @@ MEGA_5X = AvrBoard(
     resets_on_open=True,
     twin={"firmware": "mega5x"},
 )
-GRBL_328P = AvrBoard(
-    name="grbl",
-    firmware="GRBL 1.1h as it is, three axes on the pins of an Arduino Uno",
-    dialect="grbl",
-    mcu="atmega328p",
-    letters="XYZ",
-    motors=(
-        Driver("D2", "D5", "B1", "B0"),
-        Driver("D3", "D6", "B2", "B0"),
-        Driver("D4", "D7", "B4", "B0"),
-    ),
-    resets_on_open=True,
-    twin={"firmware": "grbl"},
-)
 ROBKO = AvrBoard(
     name="robko",
     firmware="the Robko 01 Arduino library's example ARDN_Operation, with AccelStepper",
@@ -226,9 +203,6 @@ FLUIDNC = NativeBoard(
     twin={"firmware": "fluidnc"},
 )
 BOARDS: Mapping[str, Board] = MappingProxyType(
-    {
-        board.name: board
-        for board in (MEGA_5X, GRBL_328P, ROBKO, ARMDROID, ARMDROID_USB, GRBLHAL, FLUIDNC)
-    }
+    {board.name: board for board in (MEGA_5X, ROBKO, ARMDROID, ARMDROID_USB, GRBLHAL, FLUIDNC)}
 )
 """Every board, by the name of its option on the command line."""

@@ -1,4 +1,4 @@
-"""How soon motions stop, of an arm and of a GRBL board without a driver."""
+"""How soon an arm's motions stop."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -12,10 +12,7 @@ from armdrive.status import State, Trust
 from kinematics import Motors
 from tests.conformance.bench import Bench
 from tests.conformance.observation import Broken, Observation, check
-from tests.conformance.real_time_bench import RealTimeBench
 from tests.conformance.rows_moving import check_arrived
-
-from .grbl_setup import SOFT_RESET, Conversation
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +65,6 @@ class Motion:
     pulses: int
     way_mm: float
     end: Observation
-
-    @property
-    def physical_s(self) -> float:
-        """The time from the first step to the last."""
-        return self.last_s - self.first_s
 
 
 class Watcher:
@@ -249,43 +241,3 @@ def _settled(bench: Bench, arm: Arm) -> str:
 def _words(error: Exception) -> str:
     code = getattr(error, "code", "")
     return f"{code} {error}".strip() if code else str(error)
-
-
-# -- A GRBL board without a driver: also of too few axes for an arm, and compared directly ---------
-
-FAR = 5000
-BOARD_LONGEST_S = 60.0
-FEED_HOLD, JOG_CANCEL = b"!", b"\x85"
-
-
-@dataclass(frozen=True, slots=True)
-class BoardMotion:
-    """One stop of the board's first axis; `took_s` is from the command to the last step."""
-
-    what: str
-    rate_hz: float
-    took_s: float
-    pulses: int
-
-
-def board_stops(bench: RealTimeBench) -> Iterator[BoardMotion]:
-    """Time from a feed hold, and from a jog cancel, to the last step."""
-    with Conversation(bench.device_port) as board:
-        unlock(board)
-        for what, line, end in (("!", "G91G1", FEED_HOLD), ("0x85", "$J=G91", JOG_CANCEL)):
-            for number, rate_hz in enumerate(RATES_HZ):
-                board.ask(f"{line}F{rate_hz * 60.0:.1f}X{FAR if number % 2 else -FAR}")
-                bench.wait_until_moving()
-                bench.sleep(STEADY_S)
-                watcher = Watcher(bench)
-                board.say(end)
-                motion = watcher.until(lambda: True, BOARD_LONGEST_S)
-                yield BoardMotion(what, rate_hz, motion.last_s, motion.pulses)
-                unlock(board)
-
-
-def unlock(board: Conversation) -> None:
-    """Reset the board and clear its alarm."""
-    board.say(SOFT_RESET)
-    board.heard_until("Grbl")
-    board.ask("$X")

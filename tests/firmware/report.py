@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import RowResult, Verdict
 
-from .measuring import BoardMotion, Stopped
+from .measuring import Stopped
 
 KEEPS_PACE = 0.98
 """Below this ratio of simulated to real time, measurements are distorted."""
@@ -68,30 +68,8 @@ def stop_table(stops: Sequence[Stopped]) -> str:
     return _table(rows)
 
 
-def board_table(device: Sequence[BoardMotion], twin: Sequence[BoardMotion]) -> str:
-    """Return a board's own times and those of the simulated board."""
-    rows = [("what", "steps/s", "time", "steps", "simulated", "steps", "ratio")]
-    for each, other in zip(device, twin, strict=True):
-        rows.append(
-            (
-                each.what,
-                f"{each.rate_hz:.0f}",
-                _seconds(each.took_s),
-                str(each.pulses),
-                _seconds(other.took_s),
-                str(other.pulses),
-                _ratio(each.took_s, other.took_s),
-            )
-        )
-    return _table(rows)
-
-
 def _seconds(time_s: float) -> str:
     return f"{time_s:.3f} s" if time_s else "-"
-
-
-def _ratio(a: float, b: float) -> str:
-    return f"{a / b:.3f}" if a and b else "-"
 
 
 def _table(rows: Iterable[Sequence[str]]) -> str:

@@ -12,7 +12,7 @@ from armdrive.connect.target import find
 from armdrive.sim.device import Value
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench, Variant
-from tests.conformance.real_time_bench import PortBench, PtyBench, RealTimeBench
+from tests.conformance.real_time_bench import PortBench
 
 from .avr_bench import ControlledBench, ImageRunner
 from .boards import AvrBoard, Board, NativeBoard
@@ -52,10 +52,7 @@ def own_home() -> Iterator[None]:
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """One device under test.
-
-    `lacking` is the reason why the driver cannot drive an arm with it; empty if it can.
-    """
+    """One device under test."""
 
     name: str
     dialect: str
@@ -64,9 +61,6 @@ class Rig:
     twin: Callable[[], Bench]
     close: Callable[[], None] = lambda: None
     pace: Pace = field(default_factory=Pace)
-    lacking: str = ""
-    alone: tuple[Callable[[], RealTimeBench], Callable[[], RealTimeBench]] | None = None
-    """Makers of benches for the board and the simulated one, to talk to without a driver."""
 
     def home(self) -> contextlib.AbstractContextManager[None]:
         """Isolate the records of one measurement from the next, unless the arm is real."""
@@ -100,16 +94,7 @@ def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
         twin_maker(board.dialect, board.twin),
         runner.close,
         runner.pace,
-        board.lacking,
-        (runner.bench, lambda: served(board)) if board.dialect == "grbl" else None,
     )
-
-
-def served(board: Board) -> PtyBench:
-    """Return the simulated board behind a pseudo-terminal, in real time."""
-    bench = PtyBench(board.dialect)
-    bench.use_arm_file("", *(f"{name}={value}" for name, value in board.twin.items()))
-    return bench
 
 
 def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:

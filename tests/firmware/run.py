@@ -26,7 +26,7 @@ from . import report
 from .boards import BOARDS
 from .control import NoSimulator
 from .grbl_setup import SetUpFailed
-from .measuring import board_stops, stops
+from .measuring import stops
 from .rigs import Rig, of_image, of_port, own_home, simulated
 
 AXES = "XYZABC"
@@ -85,10 +85,6 @@ class Run:
     def all(self) -> None:
         """Run the chosen measurements."""
         say(f"== {self._rig.name}")
-        if self._rig.lacking:
-            say(f"rows and motions of an arm: not applicable: {self._rig.lacking}")
-            self.board_alone()
-            return
         if self._rig.real and not self._chosen.yes and not confirmed():
             say("not run: not confirmed")
             return
@@ -96,7 +92,6 @@ class Run:
             # a real arm keeps its records: only the first measurement needs its reference posture
             with own_home() if self._rig.real else contextlib.nullcontext():
                 self._with_a_driver()
-            self.board_alone()
         except ArmError as error:
             say(f"ended: {error}")
             self.broken = True
@@ -145,18 +140,6 @@ class Run:
         say("simulated board:")
         say(report.stop_table(twin))
         self.broken |= not all(each.kept for each in device)
-
-    def board_alone(self) -> None:
-        """Stop the board and the simulated one without a driver, both in real time."""
-        if self._rig.alone is None or not self._chosen.stops:
-            return
-        say("-- stops of the board without a driver")
-        found = []
-        for make in self._rig.alone:
-            with self._rig.home(), make() as bench:
-                found.append(list(counted(board_stops(bench))))
-        say(report.board_table(*found))
-        self._pace()
 
     def _pace(self, *, quiet: bool = False) -> None:
         ratio = self._rig.pace.taken()

@@ -18,7 +18,7 @@ from tests.conformance.real_time_bench import DeviceProcess
 from tests.scenarios.happenings import HAPPENINGS
 
 from . import avr_bench, report
-from .boards import BOARDS, GRBL_328P, MEGA_5X, AvrBoard, Coil
+from .boards import BOARDS, AvrBoard, Coil
 from .control import commands_of
 from .measuring import Stopped, stops
 from .rigs import simulated
@@ -139,11 +139,6 @@ def test_every_fault_of_a_serial_line_is_a_command_of_the_control_port(words):
     commands = list(commands_of(parse_words(words.split()), AXES))
     assert commands
     assert {each.split()[0] for each in commands} <= known
-
-
-def test_a_board_of_three_axes_is_not_applicable():
-    assert "3 axes" in GRBL_328P.lacking
-    assert not MEGA_5X.lacking
 
 
 def test_a_missing_tool_or_file_is_reported(tmp_path, capsys, monkeypatch):
