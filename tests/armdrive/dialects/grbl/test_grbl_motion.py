@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 from amounts import amount, in_pairs
 from backlash_bench import arm_with_play, off_steps
-from faults import OVER_THE_TABLE, Rule, late_by, lost, without_byte
+from faults import OVER_THE_TABLE, Rule, late_by, lost
 from grbl_arm import (
     BEGINNINGS,
     FIRMWARES,
@@ -261,40 +261,9 @@ def test_a_jog_that_is_let_go_while_a_line_is_on_its_way_ends_in_time(firmware):
     assert arm.status.trust is Trust.REFERENCED
 
 
-# -- Pauses on a disturbed wire: a segment already drawn is not sent -------------------------------
+# -- Pauses: a segment already drawn is not sent ---------------------------------------------------
 
 GOAL = {"base_deg": 18.0, "shoulder_deg": 52.0}
-DISTURBANCES = {
-    "nothing": lambda _: None,
-    "two reports lost": lambda arm: arm.twin.link.back.append(Rule(rb"<", lost, times=2)),
-    "a report's end lost": lambda arm: arm.twin.link.back.append(Rule(rb"<", without_byte(-1))),
-    "a query lost": lambda arm: arm.twin.link.to.append(Rule(rb"\?", lost)),
-    "an answer garbled": lambda arm: arm.twin.faults.add("corrupt", "next", side="device"),
-    "answers late": lambda arm: arm.twin.faults.add("delay", 0.2, "next", side="device"),
-}
-
-
-@pytest.mark.parametrize("disturb", [*DISTURBANCES.values()][: amount(2, 6)])
-def test_a_pause_ends_the_way_in_time_whatever_befalls_a_report(disturb):
-    for after_s in (0.1, 0.5):
-        arm = ready(config(planned_burst_s=0.2))
-        handle = arm.move_j(wait=False, **GOAL)
-        arm.sleep(after_s)
-        disturb(arm)
-        status, tip = arm.status, arm.twin.world.tip
-        arm.pause()
-        sent = len(arm.twin.link.motions)
-        arm.sleep(status.pause_time_s)
-        stood = arm.twin.world.motors
-        arm.sleep(1.0)
-        assert arm.twin.world.motors == stood
-        assert tip_mm(arm, tip) <= status.pause_distance_mm
-        assert len(arm.twin.link.motions) == sent
-        assert arm.status.commanded == arm.status.acknowledged == stood
-        arm.resume()
-        handle.wait()
-        assert standing_as_said(arm)
-        assert arm.joints.deg["base"] == pytest.approx(GOAL["base_deg"], abs=0.1)
 
 
 def test_a_motion_that_is_paused_again_and_again_ends_on_the_same_steps():

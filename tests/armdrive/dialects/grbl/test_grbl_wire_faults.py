@@ -21,66 +21,6 @@ from armdrive import Jog
 from armdrive.errors import ArmError, DeviceFault
 from armdrive.status import Evidence, State, Trust
 
-CHANGES = {
-    "lost": lost,
-    "first byte gone": without_byte(0),
-    "second byte gone": without_byte(1),
-    "a middle byte gone": without_byte(8),
-    "a late byte gone": without_byte(12),
-    "end gone": without_byte(-1),
-    "a digit changed": becoming(lambda piece: re.sub(rb"\d", b"7", piece, count=1)),
-}
-
-
-def survive(arm):
-    """Move; a fault must latch and be cleared, and a trusted position must be right."""
-    try:
-        arm.move_j(base_deg=8, shoulder_deg=42)
-        arm.jog_j(shoulder_deg=2)
-        faulty = False
-    except DeviceFault:
-        assert arm.status.state is State.ERROR_STOP
-        faulty = True
-    arm.sleep(1.2)
-    assert honest(arm)
-    if faulty:
-        before = arm.twin.world.motors
-        arm.reset()
-        assert arm.twin.world.motors == before
-    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
-    arm.move_j(base_deg=5)
-    assert honest(arm)
-    assert arm.twin.world.joints.deg["base"] == pytest.approx(5.0, abs=0.1)
-    return faulty
-
-
-MOTION, JOG, MODES = rb"G91G1", rb"\$J=", rb"G17"
-GONE = ["lost", "first byte gone", "end gone"]
-DISTURBED = [
-    ("back", b"ok", 1, GONE),
-    ("back", b"ok", 6, GONE),
-    ("back", b"<", 6, [*GONE, "a digit changed"]),
-    ("to", MODES, 0, GONE),
-    ("to", MOTION, 0, CHANGES),
-    ("to", MOTION, 3, ["lost", "a middle byte gone", "end gone"]),
-    ("to", JOG, 0, ["lost", "a middle byte gone", "a late byte gone", "end gone"]),
-    ("to", JOG, 3, ["lost", "a middle byte gone"]),
-]
-
-
-@pytest.mark.parametrize(
-    ("side", "start", "skip", "change"),
-    [(*row, change) for *row, changes in DISTURBED for change in changes][:: amount(2, 1)],
-)
-def test_a_disturbed_message_spoils_no_motion_or_is_noticed(side, start, skip, change):
-    """Outside of a motion it costs only time; a lost `ok` of a motion's line ends it."""
-    arm = ready()
-    rules = getattr(arm.twin.link, side)
-    rules.append(Rule(start, CHANGES[change], skip))
-    faulty = survive(arm)
-    assert not rules[0].times  # it was disturbed
-    assert not faulty or start in (MOTION, JOG) or (start, skip) == (b"ok", 6)
-
 
 @pytest.mark.parametrize("firmware", FIRMWARES[amount(2, 0) :])
 def test_a_refused_motion_spoils_no_later_one(firmware):
