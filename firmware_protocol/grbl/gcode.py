@@ -47,7 +47,7 @@ COMMANDS: Mapping[str, Group] = MappingProxyType(
             ("G17 G18 G19", Group.PLANE),
             ("G20 G21", Group.UNITS),
             ("G90 G91", Group.DISTANCE),
-            ("M3 M4 M5", Group.SPINDLE),
+            ("M3 M5", Group.SPINDLE),
             ("M7 M8 M9", Group.COOLANT),
             ("G94", Group.FEED_MODE),
             ("M64 M65 M67 M68", Group.OUTPUT),

@@ -124,15 +124,11 @@ def gripper_wiring(config: ArmConfig) -> OutputWiring:
     """Return which output moves the fingers, if no motor does."""
     device = _settings(config)
     if config.gripper.kind == "servo":
-        shut, wide = device.servo_closed, device.servo_open
-        if device.servo == "M3":
-            return OutputWiring("spindle", 0, shut, wide)
-        return OutputWiring("analog", int(device.servo.partition("E")[2]), shut, wide)
+        name = "spindle" if device.servo == "M3" else f"E{device.servo.partition('E')[2]}"
+        return OutputWiring(name, device.servo_closed, device.servo_open, signals=True)
     if config.gripper.kind == "output":
         name, closes = device.outputs[device.gripper_output], device.gripper_closes
-        what = "digital" if name.startswith("P") else name
-        port = int(name[1:]) if what == "digital" else 0
-        return OutputWiring(what, port, float(closes), float(not closes))
+        return OutputWiring(name, float(closes), float(not closes))
     return OutputWiring()
 
 

@@ -37,7 +37,7 @@ from armdrive.sim.grbl.hardware import (
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_names, unfit
-from armdrive.text.toml import plain, setting
+from armdrive.text.toml import setting
 from firmware_protocol.grbl import (
     Answer,
     Device,
@@ -177,7 +177,7 @@ class StatusReporter:
             board.firmware.blocks - board.drive.queued(board.now_s) if told & _BUFFERS else None,
             board.ring.free if told & _BUFFERS else None,
             float(round(board.drive.speed(board.now_s) * MINUTE_S)) if told & _FEED else None,
-            board.outputs.speed if told & _FEED else None,
+            board.outputs.on.get("spindle", 0.0) if told & _FEED else None,
             "".join(pins) or None if told & _PINS else None,
             tuple(others),
         )
@@ -422,7 +422,7 @@ class SavedGrblBoard:
 
     axes: str
     settings: Mapping[int, float]
-    outputs: BoardOutputs
+    outputs: Mapping[str, float]
     state: str = setting(words=(State.ALARM, State.IDLE))
 
 
@@ -496,7 +496,7 @@ class GrblBoard(Board):
         self.current.off_s = math.inf
         self.codec.discard()
         self.ring.clear()
-        self.outputs.forget()
+        self.outputs.on.clear()
         self.fingers.forget()
 
     def unhome(self) -> None:
@@ -521,7 +521,7 @@ class GrblBoard(Board):
         return {
             "firmware": self.firmware.name,
             "state": str(self.state),
-            "outputs": plain(self.outputs),
+            "outputs": dict(self.outputs.on),
             "lost_bytes": self.ring.lost,
         }
 
@@ -638,7 +638,7 @@ class GrblBoard(Board):
         return SavedGrblBoard(
             self.axes,
             self.settings.values,
-            self.outputs,
+            self.outputs.on,
             str(State.ALARM if self.state in _LOCKED else State.IDLE),
         )
 
@@ -647,7 +647,7 @@ class GrblBoard(Board):
         if saved.axes != self.axes:
             raise unfit(f"the saved board has other axes than {self.axes}")
         require_names("settings", map(str, saved.settings), map(str, self.settings.values))
-        self.outputs.recall(saved.outputs)
+        self.outputs.on.update(saved.outputs)
         self.settings.values.update(saved.settings)
         self.drive.rack.limits = self.settings.limits()
         self.position = self.drive.goal_units

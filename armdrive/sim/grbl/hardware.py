@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 
 from armdrive.sim.grbl.firmware import BoardSettings, Firmware
 from armdrive.sim.mechanics.motors import LimitSwitch, MotorDrive
@@ -21,18 +21,22 @@ from kinematics.spaces import Motors
 
 @dataclass(frozen=True, slots=True)
 class OutputWiring:
-    """Which output moves the fingers: spindle, flood, mist, digital, analog, or none.
+    """The output that moves the fingers, by its name in `BoardOutputs`; empty if none does.
 
     At the value `closed` the fingers are shut, at `opened` wide open, and proportional in between.
+    `signals`: without a value, the fingers stay where they are, as those of a servo.
     """
 
-    what: str = ""
-    port: int = 0
+    name: str = ""
     closed: float = 0.0
     opened: float = 1.0
+    signals: bool = False
 
-    def share(self, value: float) -> float:
-        """Return how far a value opens the fingers, from 0 to 1."""
+    def share(self, outputs: BoardOutputs) -> float | None:
+        """Return how far the output opens the fingers, from 0 to 1; None if it does nothing."""
+        value = outputs.on.get(self.name, None if self.signals or not self.name else 0.0)
+        if value is None:
+            return None
         return min(max((value - self.closed) / (self.opened - self.closed), 0.0), 1.0)
 
 
@@ -106,70 +110,48 @@ class ReceiveRing:
 # --- Outputs -------------------------------------------------------------------------------------
 
 
-@dataclass(slots=True)
 class BoardOutputs:
-    """The state of every output."""
+    """What is switched on: spindle, flood, mist, and the ports by names such as P0 and E0.
 
-    spindle: str = "M5"
-    speed: float = 0.0
-    flood: bool = False
-    mist: bool = False
-    digital: dict[int, bool] = field(default_factory=dict)
-    analog: dict[int, float] = field(default_factory=dict)
+    `on` has the value of each: the spindle's speed, the number at an analog port, otherwise 1.
+    """
+
+    def __init__(self) -> None:
+        self.on: dict[str, float] = {}
 
     def spin(self, modal: Modal) -> None:
         """Switch the spindle according to the modes."""
-        self.spindle = modal.spindle
-        self.speed = 0.0 if modal.spindle == "M5" else modal.speed
+        self.switch("spindle", None if modal.spindle == "M5" else modal.speed)
 
     def cool(self, word: str) -> None:
         """Switch coolant: M7 and M8 add up, M9 ends both."""
-        self.mist = word != "M9" and (self.mist or word == "M7")
-        self.flood = word != "M9" and (self.flood or word == "M8")
+        for name, begins in (("mist", "M7"), ("flood", "M8")):
+            if word in (begins, "M9"):
+                self.switch(name, 1.0 if word == begins else None)
 
     def put(self, word: str, values: Mapping[str, float]) -> None:
         """Set a digital or analog port."""
         if word in ("M67", "M68"):
-            self.analog[int(values["E"])] = values["Q"]
+            self.switch(f"E{values['E']:.0f}", values["Q"])
         else:
-            self.digital[int(values["P"])] = word == "M64"
+            self.switch(f"P{values['P']:.0f}", 1.0 if word == "M64" else None)
+
+    def switch(self, name: str, value: float | None) -> None:
+        """Switch an output to a value, or off if it is None."""
+        self.on.pop(name, None)
+        if value is not None:
+            self.on[name] = value
 
     def off(self) -> None:
         """Stop spindle and coolant, as every reset does; ports keep their values."""
-        self.spindle, self.speed = "M5", 0.0
-        self.flood = self.mist = False
-
-    def forget(self) -> None:
-        """Switch everything off, as a loss of power does."""
-        self.off()
-        self.digital.clear()
-        self.analog.clear()
+        for name in ("spindle", "flood", "mist"):
+            self.switch(name, None)
 
     @property
     def letters(self) -> str:
         """The accessory letters of a status report."""
-        turning = {"M3": "S", "M4": "C"}.get(self.spindle, "")
-        return turning + "F" * self.flood + "M" * self.mist
-
-    def value(self, wiring: OutputWiring) -> float | None:
-        """The value of the gripper's output; None for a servo without a signal."""
-        match wiring.what:
-            case "spindle":
-                return self.speed if self.spindle != "M5" else None
-            case "flood":
-                return float(self.flood)
-            case "mist":
-                return float(self.mist)
-            case "digital":
-                return float(self.digital.get(wiring.port, False))
-            case "analog":
-                return self.analog.get(wiring.port)
-        return None
-
-    def recall(self, saved: BoardOutputs) -> None:
-        """Restore saved outputs."""
-        for each in fields(saved):
-            setattr(self, each.name, getattr(saved, each.name))
+        shown = (("spindle", "S"), ("flood", "F"), ("mist", "M"))
+        return "".join(letter for name, letter in shown if name in self.on)
 
 
 class OutputFingers:
@@ -189,11 +171,11 @@ class OutputFingers:
     def follow_output(self, now_s: float) -> None:
         """Send the fingers to the opening that their output commands."""
         build = self._build
-        value = self._outputs.value(build.fingers)
-        if value is None:
+        share = build.fingers.share(self._outputs)
+        if share is None:
             return
         low, high = build.opening_mm
-        self._opening_mm = low + (high - low) * build.fingers.share(value)
+        self._opening_mm = low + (high - low) * share
         way_mm = abs(self._opening_mm - self._world.opening_mm)
         self.due_s = now_s + way_mm / build.finger_mm_s
 

@@ -704,17 +704,16 @@ def test_outputs_wait_for_the_motion_before_them_and_show():
     bench = Bench(firmware="grblhal")
     bench.say("G1X5F600", 0.02)
     bench.say("M8", 0.1)
-    assert not bench.device.board.details()["outputs"]["flood"]
+    assert bench.device.board.details()["outputs"] == {}
     bench.wait(1.0)
     bench.say("M64P1")
     bench.say("M3S700")
-    outputs = bench.device.board.details()["outputs"]
-    assert (outputs["flood"], outputs["spindle"], outputs["speed"]) == (True, "M3", 700)
-    assert outputs["digital"] == {"1": True}
+    on = {"flood": 1.0, "P1": 1.0, "spindle": 700.0}
+    assert bench.device.board.details()["outputs"] == on
     assert bench.ask().speed == 700
     assert "A:SF" in bench.reports[-1].others
     bench.say(RESET, 0.3)
-    assert bench.device.board.details()["outputs"]["spindle"] == "M5"
+    assert bench.device.board.details()["outputs"] == {"P1": 1.0}
 
 
 def test_a_saved_board_knows_its_settings_its_place_and_its_lock():
