@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from armdrive.dialects.exchange import TRIES, Obstructed, Script, ScriptIO
 from armdrive.dialects.grbl.board import LINES_IGNORED, MOVING, BoardState
-from armdrive.dialects.grbl.exchange import GrblExchange, refusal
+from armdrive.dialects.grbl.exchange import POLL_S, GrblExchange, refusal
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.dialects.grbl.stops import GrblStops
 from armdrive.tasks import Alert, AlertKind, Done, Reply, RequestRejected
@@ -60,7 +60,7 @@ class GrblContact:
         """
         board, exchange, began_s = self.board, self.exchange, self.io.now_s
         # wait for a banner or a report: a board that is starting up does not answer for a while
-        boot_s, every_s = self.settings.boot_s, 2.0 * self.settings.poll_s
+        boot_s, every_s = self.settings.boot_s, 2.0 * POLL_S
         alive = yield from exchange.sign_of_life(boot_s, every_s, StatusReport | Restarted)
         if not alive and not (yield from exchange.soft_reset()):
             self.io.write(b"", "?")
@@ -108,7 +108,7 @@ class GrblContact:
             return True  # it may read lines nevertheless
         end_s = self.io.now_s + LEFTOVER_MOTION_S
         while self.board.state in MOVING and self.io.now_s < end_s:
-            yield from self.io.pause(self.io.now_s + self.settings.poll_s)
+            yield from self.io.pause(self.io.now_s + POLL_S)
             yield from self.exchange.look()
         if self.board.in_motion:
             yield from self.stops.hold()

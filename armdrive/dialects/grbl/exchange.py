@@ -39,6 +39,8 @@ Answer: TypeAlias = Acknowledged | Refused | Restarted | AlarmRaised
 # A report that takes longer counts as lost: boards that do not home or start answer within
 # milliseconds.
 REPORT_TIMEOUT_S = 0.25
+# Interval of queries in motion.
+POLL_S = 0.05
 # Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first.
 BANNER_TIMEOUT_S = 1.5
 # A reset in motion is sent once more after this.
@@ -123,7 +125,7 @@ class GrblExchange:
         That report came one poll interval before the oldest unanswered query. While there is no
         unanswered query, for example because this program was suspended, no board is mute.
         """
-        return self.unanswered_s + self.settings.report_timeout_s - self.settings.poll_s
+        return self.unanswered_s + self.settings.report_timeout_s - POLL_S
 
     @property
     def mute(self) -> bool:
@@ -132,9 +134,9 @@ class GrblExchange:
 
     @property
     def poll_due_s(self) -> float:
-        """When to query next, to hear of the board every `poll_s`; a lost query is repeated."""
+        """When to query next, to hear of the board every `POLL_S`; a lost query is repeated."""
         lost = self.unanswered_s < math.inf
-        return self.asked_s + (REPORT_TIMEOUT_S if lost else self.settings.poll_s)
+        return self.asked_s + (REPORT_TIMEOUT_S if lost else POLL_S)
 
     def poll(self) -> None:
         """Query if it is time."""

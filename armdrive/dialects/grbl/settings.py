@@ -47,12 +47,6 @@ class GrblSettings:
     ramp_s: float = setting(
         0.1, "time to full speed, to compute the expected accelerations", low=0.005, high=10.0
     )
-    rates: tuple[float, ...] = setting(
-        (),
-        "expected $110 ..., in steps a second; empty: from the joints' speeds",
-        low=0.1,
-        high=1e6,
-    )
     accelerations: tuple[float, ...] = setting(
         (),
         "expected $120 ..., in steps a second squared; empty: full speed in ramp_s",
@@ -62,7 +56,6 @@ class GrblSettings:
     travel: tuple[float, ...] = setting(
         (), "expected $130 ..., in the board's units", low=0.1, high=1e6
     )
-    junction_steps: float = setting(1.0, "expected $11, in motor steps", low=0.001, high=1000.0)
     soft_limits: bool = setting(False, "expected $20")
     hard_limits: bool = setting(False, "expected $21")
     hard_limits_checked: str = setting(
@@ -84,7 +77,6 @@ class GrblSettings:
     following_error_steps: float = setting(
         2.0, "how far a motor may be off the path that was sent", low=1.0, high=1000.0
     )
-    poll_s: float = setting(0.05, "interval of status queries in motion", low=0.01, high=0.2)
     report_timeout_s: float = setting(
         1.0, "a board that sends no report for this long is lost", low=0.5, high=10.0
     )
@@ -154,7 +146,7 @@ def fitting(config: ArmConfig) -> Transmission:
             f"grbl.axes names {counted(len(settings.axes), 'axis', 'axes')}, but the arm has "
             f"{counted(count, 'motor')}"
         )
-    for name in ("rates", "accelerations", "travel"):
+    for name in ("accelerations", "travel"):
         if len(getattr(settings, name)) not in (0, count):
             raise ArmFileError(
                 f"grbl.{name} must have {counted(count, 'entry', 'entries')}, one for each motor"
@@ -174,6 +166,8 @@ def fitting(config: ArmConfig) -> Transmission:
 # sign, so that a lost byte never joins two words into one number. Only a lost minus can make a
 # motion longer.
 
+# The expected junction deviation ($11): with much less, the arm slows down at every rounded corner.
+JUNCTION_STEPS = 1.0
 # Decimals of a distance in degrees; they resolve every motor step.
 DECIMALS = 4
 # Most steps per unit: reports have three decimals, which must resolve a step.
@@ -231,13 +225,13 @@ class BoardAxes:
 
     def expected(self, settings: GrblSettings) -> Limits:
         """Return the limits that the arm file expects of the board."""
-        rates_hz = settings.rates or tuple(min(most, self.fastest_hz) for most in self.most_hz)
+        rates_hz = tuple(min(most, self.fastest_hz) for most in self.most_hz)
         slopes = settings.accelerations or tuple(rate / settings.ramp_s for rate in rates_hz)
         return Limits(
             self.steps_per_unit,
             self._in_units(rates_hz),
             self._in_units(slopes),
-            settings.junction_steps / max(self.steps_per_unit),
+            JUNCTION_STEPS / max(self.steps_per_unit),
         )
 
     def _in_units(self, steps: tuple[float, ...]) -> tuple[float, ...]:

@@ -91,7 +91,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._table = SpeedTable(settings.speed_table)
         self._meter = SpeedMeter(self._table, settings.speed_margin)
         self._outputs: int | None = None
-        self._contacted = not settings.careful_contact
+        self._contacted = False
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Send one line and wait for its answer."""

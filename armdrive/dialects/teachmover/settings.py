@@ -25,9 +25,6 @@ class TeachMoverSettings:
     speed_margin: float = speed_margin(2.0)
     grip_bit: int = setting(0, "input bit of the grip switch", low=0, high=7)
     answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
-    careful_contact: bool = setting(
-        True, "the first line is one that harms no Armdroid taken for a TeachMover"
-    )  # see `controller.HARMLESS_LINE`
 
     def __post_init__(self) -> None:
         check_settings(self, "teachmover")

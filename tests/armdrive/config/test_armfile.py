@@ -275,9 +275,9 @@ MISTAKES = {
                "motion.jog_burst_s must be from 0.02 to 0.5, not 9", "motion.planned_burst_s"]),
     "gripper": ("kind = 'vacuum'\ntrip_force_n = 50\nmax_force_n = 10", ["gripper.kind",
                 "gripper.max_force_n"]),
-    "grbl": (("axes = 'XXZ'\nunit = 'inch'\nrates = [0.0, 5]\nservo = 'M9'\noutputs = ['foo']\n"
+    "grbl": (("axes = 'XXZ'\nunit = 'inch'\ntravel = [0.0, 5]\nservo = 'M9'\noutputs = ['foo']\n"
               "report_timeout_s = 100\nhard_limits_checked = 'yesterday'\nwrong = 1"),
-             ["grbl.axes", "grbl.unit", "grbl.rates[0]", "grbl.servo", "grbl.outputs",
+             ["grbl.axes", "grbl.unit", "grbl.travel[0]", "grbl.servo", "grbl.outputs",
               "grbl.report_timeout_s", "grbl.hard_limits_checked", "'wrong'"]),
     "lengths": ("base_height_mm = 'tall'\nupper_arm = 3", ["lengths.base_height_mm",
                 "'upper_arm'"]),
