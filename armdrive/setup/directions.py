@@ -109,7 +109,7 @@ class Trial:
     """One motor turned alone by some steps, and what should be seen of it.
 
     `moves` is the joint, or the fingers, that it moves most: by `amount` degrees or mm if the arm
-    file has its steps right.
+    file has its steps right. `after` is the posture that it leads to then.
     """
 
     motor: int
@@ -118,6 +118,7 @@ class Trial:
     expected: Sight
     moves: str
     amount: float
+    after: Joints
 
     def shown(self, amount: float) -> str:
         """Return an amount with its unit."""
@@ -153,9 +154,12 @@ def trial_of(arm: ArmGeometry, transmission: Transmission, posture: Joints, moto
     count = len(transmission.joint_names)
     turning, pulling = column[:count], column[count] if transmission.has_gripper else 0.0
 
+    def turned(steps: float) -> Joints:
+        angles = (angle + steps * one for angle, one in zip(posture, turning, strict=True))
+        return Joints(tuple(angles), posture.names)
+
     def seen(steps: float, pulling: float) -> Sight:
-        angles = tuple(angle + steps * one for angle, one in zip(posture, turning, strict=True))
-        return sight(arm, posture, Joints(angles, posture.names), pulling * steps)
+        return sight(arm, posture, turned(steps), pulling * steps)
 
     # behind cables a motor moves several joints: the person watches the one that moves most
     most = max(range(count), key=lambda at: abs(turning[at]))
@@ -171,11 +175,11 @@ def trial_of(arm: ArmGeometry, transmission: Transmission, posture: Joints, moto
     whole = max(round(steps), 1)
     name = transmission.motors[motor].name
     if fastest:
-        # the fingers that follow its cable are no sign of its direction
-        amount_deg = math.degrees(fastest) * whole
-        joint = transmission.joint_names[most]
-        return Trial(motor, name, whole, seen(whole, 0.0), joint, amount_deg)
-    return Trial(motor, name, whole, seen(whole, pulling), FINGERS, abs(pulling) * whole)
+        joint, amount = transmission.joint_names[most], math.degrees(fastest) * whole
+        pulling = 0.0  # the fingers that follow its cable are no sign of its direction
+    else:
+        joint, amount = FINGERS, abs(pulling) * whole
+    return Trial(motor, name, whole, seen(whole, pulling), joint, amount, turned(whole))
 
 
 def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
@@ -354,13 +358,7 @@ class DirectionCheck:
     @property
     def after(self) -> Joints | None:
         """The posture after the motor's turn, according to the arm file."""
-        trial = self.trial
-        if trial is None:
-            return None
-        names = self.posture.names
-        turning = (row[trial.motor] for row in self.transmission.inverse[: len(names)])
-        angles = zip(self.posture, turning, strict=True)
-        return Joints(tuple(angle + trial.steps * one for angle, one in angles), names)
+        return None if self.trial is None else self.trial.after
 
     def steps(self, motors: int) -> tuple[int, ...]:
         """Return the steps of all motors for the next motion, there or back."""

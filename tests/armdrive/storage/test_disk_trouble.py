@@ -370,15 +370,21 @@ def a_read_only_disk(monkeypatch, tmp_path):
     monkeypatch.setattr(Path, "unlink", refused)
 
 
-@pytest.fixture(
-    params=[a_file_in_its_place, a_place_where_nothing_is_made, a_read_only_disk],
-    ids=lambda make: make.__name__,
-)
+@pytest.fixture
 def unwritable(request, monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "stdin", io.StringIO())
     with monkeypatch.context() as patched:
-        request.param(patched, tmp_path)
+        getattr(request, "param", a_read_only_disk)(patched, tmp_path)
         yield
+
+
+@pytest.mark.parametrize(
+    "unwritable", [a_file_in_its_place, a_place_where_nothing_is_made], indirect=True
+)
+def test_a_place_that_can_be_no_folder_is_named(call, unwritable):
+    assert "is not writable" in call.refused("status", code=1)
+    with pytest.raises(StateFileError, match="no arm can be locked"):
+        Arm.connect("/dev/no-such-port", dialect="teachmover")
 
 
 @pytest.mark.parametrize("words", [*DRIVING, *WRITING], ids=" ".join)
@@ -419,11 +425,6 @@ def test_a_command_that_holds_no_arm_does_what_it_can(call, unwritable, words):
 
 def test_the_demo_needs_no_folder(call, unwritable):
     assert call("demo", code=0).err == ""
-
-
-def test_a_connection_is_refused_before_its_port_is_opened(unwritable, tmp_path):
-    with pytest.raises(StateFileError, match="no arm can be locked"):
-        Arm.connect(str(tmp_path / "no-port"), dialect="teachmover")
 
 
 def test_without_a_writable_folder_the_position_is_unknown_and_nothing_moves(monkeypatch, tmp_path):
