@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 from armdrive.errors import ArmFileError, StateFileError
 from armdrive.errors.printable import reason_of
-from armdrive.status import Trust
+from armdrive.status import BELIEVED_WORDS, Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import (
     DISK,
@@ -316,7 +316,8 @@ class RecordWriter:
     def _failed(self, record: Record, error: Exception) -> str:
         """Remove the old record, which the next program would believe; return what went wrong."""
         words = reason_of(error)
-        if record.in_motion:  # nothing moves without this mark, so the old record stays true
+        # Nothing moves without this mark, so the old record stays true as long as it is believed.
+        if record.in_motion and record.trust in BELIEVED_WORDS:
             return words
         try:
             self._store.remove()

@@ -18,7 +18,7 @@ from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import files as durable
 from armdrive.storage import record as record_text
-from armdrive.storage.files import file_name
+from armdrive.storage.files import StateFiles, file_name
 from armdrive.storage.record import (
     LONGEST_RECORD,
     STEPS_MOST,
@@ -149,6 +149,23 @@ def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path)
     writer.put(replace(good, trust="suspect"))
     assert writer.outcome == WriteOutcome()
     assert recorder.load() == good
+
+
+@pytest.mark.parametrize("trust", ["suspect", "referenced"])
+def test_a_record_that_cannot_be_written_leaves_no_position_that_is_doubted_now(tmp_path, trust):
+    class Full(StateFiles):
+        def write(self, handle, data):
+            raise OSError(28, "No space left on device")
+
+    path = tmp_path / "arm.json"
+    good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "as it was left")
+    RecordFile(path).save(good)
+    writer = RecordWriter(RecordFile(path, Full()))
+    writer.put(replace(good, trust=trust, in_motion=True))  # the mark of a motion that begins
+    assert "No space" in writer.outcome.error
+    assert path.exists() is (trust == "referenced")
+    writer.put(replace(good, trust="referenced", offset=(1, 7)))
+    assert not path.exists()
 
 
 def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):
