@@ -8,8 +8,10 @@ Read in this order:
     tools      work on a bus without an arm: surveying drives and setting them up
     words      one frame described in words
 
-Each dialect judges its own drives: an MKS drive tells its position when it is asked, a CiA 402
-drive at every SYNC, and its following error by itself.
+Both dialects have one shape: an exchange holds the drives and what is known of them, and each
+request is one script over it (`contact`, `motion`, `homing`, `compare`). The scripts themselves are
+not shared. An MKS drive tells its position when it is asked and gets speeds and targets, a CiA 402
+drive at every SYNC and gets places; each way to find a fault or an end follows from that.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from amounts import each_value
 from faults import arm_config, driven
 
 from armdrive import Arm
@@ -22,11 +23,7 @@ from firmware_protocol.frames import Unpacker
 from kinematics import Joints
 
 OVER = Joints.of(40.0, 40.0, -80.0, -40.0, 0.0)
-STRATEGIES = {
-    "steered": {},
-    "bursts": {"segment_s": 0.0},
-    "old firmware": {"firmware": "1.0.4"},
-}
+STRATEGIES = {"steered": {}, "bursts": {"segment_s": 0.0}}
 
 
 def arm_of(strategy: str = "steered", **options) -> Arm:
@@ -103,8 +100,7 @@ class TestDrivesWhoseReadingIgnoresTheirZero:
         again.jog_j(base_deg=1.0)
         assert again.twin.world.motors == again.status.acknowledged
 
-    @pytest.mark.parametrize("strategy", STRATEGIES)
-    @pytest.mark.parametrize("by", [100_000, -100_000, 3000])
+    @each_value("by, strategy", [100_000, -100_000, 3000], [*STRATEGIES])
     def test_a_zero_that_another_program_set_shows_after_a_degree_or_two(self, by, strategy):
         arm = arm_of(strategy, keeps_count=True)
         motor = arm.twin.device.board.nodes[0].motor
