@@ -19,6 +19,7 @@ from armdrive.tasks import Task, TaskBody
 PATIENCE_S = 60.0
 
 SLICE_S = 1.0  # how often a wait for a motion looks whether the arm is paused or slowed
+LEAST_S = 1e-3  # a shorter rest of a timeout is over: a clock may be too coarse to wait for it
 
 T = TypeVar("T")
 
@@ -163,7 +164,7 @@ class TaskRunner:
                 speed_override.breathe()
             return task.done
 
-        while timeout_s > 0.0:
+        while timeout_s > LEAST_S:
             began_s, share = self.pace.now_s(), speed_override.override
             if await self.wait(ended, min(timeout_s / share, SLICE_S)):
                 return True

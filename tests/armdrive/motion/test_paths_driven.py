@@ -259,6 +259,14 @@ def test_a_refusal_says_if_its_poses_are_in_another_frame_than_the_goal(goal, fr
             assert str(refusal).endswith(f"{refusal.nearest}{said}")
 
 
+def test_a_refusal_without_poses_names_no_frame():
+    with ready_arm(framed()) as arm:
+        arm.move_to(Pose.of(x_mm=127, y_mm=0, z_mm=0.2, pitch_deg=-90))
+        refusal = arm.preview(PoseMove(LOW.replace(z_mm=-25), frame="board")).problem
+        assert isinstance(refusal, OutOfBounds)
+        assert str(refusal).endswith("nothing was moved")
+
+
 TABLE = {
     "model": "teachmover",
     "tool": {"along_mm": 40.0, "up_mm": 10.0},

@@ -16,6 +16,7 @@ from armdrive.connect.target import simulated_config
 from armdrive.errors import (
     ArmError,
     LinkLost,
+    NoAnswer,
     NotReferenced,
     WrongState,
 )
@@ -110,6 +111,7 @@ def test_a_motion_that_is_asked_for_in_a_pause_waits_for_its_end():
     assert arm.twin.world.motors == before
     arm.resume()
     handle.wait()
+    assert not arm.parts.core.speed_override.waits
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
 
 
@@ -174,6 +176,20 @@ def test_an_override_makes_a_motion_last_as_much_longer_and_end_on_the_same_step
     assert took_s[1] == pytest.approx(4.0 * took_s[0], rel=0.25)
     assert took_s[2] == pytest.approx(10.0 * took_s[0], rel=0.3)
     assert ends == [ends[0]] * 3
+
+
+@two_kinds
+def test_a_slowed_motion_has_its_timeout_at_full_speed(dialect):
+    arm = standing(dialect)
+    arm.speed_override = 0.1
+    handle, began_s = arm.move_j(base_deg=10.0, wait=False), arm.status.time_s
+    handle._timeout_s = 2.0
+    handle.wait()
+    assert arm.status.time_s - began_s > 4.0
+    handle = arm.move_j(base_deg=-80.0, wait=False)
+    handle._timeout_s = 0.5
+    with pytest.raises(NoAnswer, match="had not ended"):
+        handle.wait()
 
 
 @two_kinds
