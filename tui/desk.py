@@ -35,7 +35,6 @@ from armdrive.moves import ParkMove
 from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
-from kinematics.spaces import Joints
 from tui.app import POLL_S, FramedScreen, KeyApp, Outcome
 from tui.arm_view import SpaceView
 from tui.dialogs import PostureScreen, commands, first_dialog
@@ -464,8 +463,6 @@ class Desk(KeyApp):
             self.add_mode(entry.id, partial(_made, entry.screen))
         self.arm = arm
         self._handle_signals = handle_signals
-        self.goal: Joints | None = None
-        """A posture that another screen passes to the move screen."""
         self.program = program
         """The program file that was named when the desk was opened."""
         self.programs = Path.cwd()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from itertools import accumulate
 
+from rich.cells import cell_len
 from textual import events
 from textual.content import Content
 from textual.dom import DOMNode
@@ -43,9 +44,20 @@ class PlainText(Static):
     def show(self, *parts: str | Span) -> None:
         """Show these texts from now on, one after the other."""
         spans = tuple(_printable_span(part) for part in parts)
-        if spans != self._spans:
-            self._spans = spans
-            self.update(Content.assemble(*spans))
+        if spans == self._spans:
+            return
+        before = self._rows_without_breaks()
+        self._spans = spans
+        same_height = before is not None and before == self._rows_without_breaks()
+        # laying out the screen takes longer than painting it, and each poll of a moving arm changes
+        # several texts, mostly only their numbers
+        self.update(Content.assemble(*spans), layout=not same_height)
+
+    def _rows_without_breaks(self) -> int | None:
+        """Return how many rows the text takes; None if it is empty or a line has to be broken."""
+        lines = self.shown.split("\n")
+        fits = all(cell_len(line) <= self.content_size.width for line in lines)
+        return len(lines) if self.shown and fits else None
 
     def show_lines(self, lines: Iterable[Span]) -> None:
         """Show lines, each in its own style."""

@@ -128,12 +128,6 @@ class MoveScreen(DeskScreen):
             return f"{preview_text(fresh, told=told)}\n{choices}".strip()
         return "working it out ..." if self.planned.previewing.busy else NOTHING_ASKED
 
-    def on_screen_resume(self) -> None:
-        """Take up a goal that another screen has left for this one."""
-        left, self.desk.goal = self.desk.goal, None
-        if left is not None:
-            self.form.take_joints(left)
-
     # -- keys ---------------------------------------------------------------------------------
 
     def action_take_nearest(self) -> None:

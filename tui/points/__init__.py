@@ -248,12 +248,6 @@ class PointsScreen(DeskScreen):
         self.asked.line.erase()
         return None
 
-    def action_edit(self) -> None:
-        """Ask for the chosen point on the move screen, to change it there."""
-        _, point = self._chosen("change")
-        self.desk.goal = point.joints
-        self.desk.action_show_screen("move")
-
     def _ask(self, asked: AskedText) -> None:
         """Ask for a text. Whatever else was begun is taken back."""
         self.desk.disarm("a name is asked for")

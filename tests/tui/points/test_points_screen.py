@@ -258,7 +258,7 @@ async def test_a_program_that_a_person_edits_meanwhile_is_followed_and_not_overw
         assert path.read_text(encoding="utf-8") == "mov up\n"
 
 
-async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
+async def test_a_motion_is_paused_and_goes_on_and_a_held_key_does_not_count():
     async with PointSession() as session:
         await session.keys("p")
         session.shows("an arm that stands", messages="nothing moves")
@@ -276,10 +276,6 @@ async def test_pausing_and_going_on_and_a_change_on_the_move_screen():
         session.arm.set(state=State.STANDBY)
         asked = [call[0] for call in session.arm.calls if call[0] in ("pause", "resume")]
         assert asked == ["pause", "resume"]
-        await session.choose("right")
-        await session.keys("e")
-        assert session.screen.place == "move"
-        assert float(session.screen.form.field("base").text) == pytest.approx(-20.0)
 
 
 async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless():
