@@ -158,7 +158,6 @@ class MksNodeMotion:
         """Reset to the state after the firmware has started."""
         self.armed = False
         """Whether motions are stored for a synchronous start."""
-        self.stored: mks.Asked | None = None
         self.under_way: mks.Asked | None = None
         self.homing: mks.HomingState | None = None
         self.heard_s = now_s
@@ -223,13 +222,12 @@ class MksNodeMotion:
 
     def arm(self, on: bool) -> None:
         """Store motions from now on, or begin them at once again."""
-        self.armed, self.stored = on, None
+        self.armed = on
 
     def give_up(self, now_s: float) -> None:
-        """Forget the present and the stored motion; the set-point continues."""
+        """Forget the present motion; the set-point continues."""
         if self._seeking:
             self.homing = mks.HomingState.FAILED
-        self.stored = None
         self.drop()
         self._switch_s = math.inf
         if not self._point.moving(now_s):

@@ -191,7 +191,6 @@ class MksNode:
             "state": self.motion.state(now_s).name.lower(),
             "rpm": round(self.motor.point.rate(now_s) / COUNTS_S_PER_RPM, 2),
             "error_counts": error,
-            "stored": self.motion.stored is not None,
             "watchdog_s": 0.0 if math.isinf(timeout_s) else timeout_s,
             "watchdog_stops": self.motion.watchdog_stops,
         }
@@ -275,7 +274,6 @@ def _move(node: MksNode, asked: Asked, now_s: float) -> None:
     """Begin or store a motion; report the replaced one as failed, before or after."""
     motion, before = node.motion, node.motion.under_way
     if motion.armed:
-        motion.stored = asked
         node.tell(asked, Outcome.STORED)
         return
     absolute = before is not None and isinstance(before.request, mks.MoveAbsoluteAxis)
