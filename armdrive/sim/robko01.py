@@ -1,9 +1,9 @@
 """A simulated Robko 01: the arm's end of its SUPER protocol on a simulated physical arm.
 
 It reproduces everything observed on the AVR firmware, and what public sources say about the ESP32
-retrofit, of what programs here send. Where the behaviour is unknown, this device takes the harsher
-option: after power-on the motors are off, and motors that are switched off in mid-motion go on
-counting although nothing turns.
+retrofit. Where the behaviour is unknown, this device takes the harsher option: after power-on the
+motors are off; motors that are switched off in mid-motion go on counting although nothing turns;
+and `Clear` stops a motion dead.
 
 Requests are answered one at a time, each after a short delay. Invalid frames, and requests that the
 firmware lists but does not implement, are dropped silently.
@@ -28,17 +28,20 @@ from armdrive.text.toml import setting
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import wrapped16
 from firmware_protocol.robko01 import (
+    AXES,
     PAYLOAD_MAX,
     Acknowledged,
     Answer,
     Axes,
     Busy,
+    Clear,
     Disable,
     Enable,
     Inputs,
     InputsRead,
     IsMoving,
     MoveAbsolute,
+    MoveRelative,
     MoveSpeed,
     Moving,
     Op,
@@ -63,6 +66,7 @@ from firmware_protocol.robko01.messages import decode_request, encode_answer
 from kinematics.spaces import Motors
 
 BAUD = 115_200
+STANDSTILL = (0,) * AXES
 
 # --- The firmware's frame reader, with its faults ------------------------------------------------
 # The codec's `Device` finds every valid frame. The firmware's reader does not, and the driver has
@@ -73,6 +77,7 @@ BAUD = 115_200
 LENGTHS = range(1, PAYLOAD_MAX + 2)
 # How many payload bytes an operation reads, whatever was sent; other operations read none.
 PAYLOAD_BYTES = {
+    Op.MOVE_RELATIVE: 24,
     Op.MOVE_ABSOLUTE: 24,
     Op.MOVE_SPEED: 24,
     Op.OUTPUTS: 1,
@@ -169,13 +174,14 @@ class RobkoQuirks:
     Quirks of the AVR board, all observed on the ARDN_Operation example on an atmega328p in an AVR
     simulator:
 
-    - **The top speed sticks**: operation 7 sets it for each axis (`absolute_sets_top`), and
-      operation 6, which is not built in here, ignores its own speed. With a top speed of 0 it
-      leaves the axis hanging: one step, then reported as moving. Operation 7 is then refused as
-      busy, and operation 2 has no effect. Operation 12 with all speeds 0 frees the axis.
+    - **Operation 6 ignores its speed**, and ramps up to the axis's top speed: `top_speed_hz` after
+      power-up, then that of operation 7 (`absolute_sets_top`). With a top speed of 0 it leaves the
+      axis hanging: one step, then reported as moving. Operation 7 is then refused as busy, and
+      operation 2 has no effect. Operation 12 with all speeds 0 frees the axis.
     - **A resting axis twitches**: an axis that is already at its goal and is given a speed makes
       one step forward and, 40 ms later, one back, unless its top speed was 0.
-    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s.
+    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops
+      operation 6 either: it slows down over as many steps as from 5000 steps/s.
     - The quirks of the reader are listed in `FirmwareReader`.
 
     The retrofit sets no top speed, and operation 7 leaves axes that are at their goals alone. This
@@ -221,7 +227,13 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
         for axis, speed in enumerate(axes.speeds_steps_s):
             self.rack.run(axis, speed / self._stretch, now_s)
 
-    def move(self, axes: Axes, now_s: float) -> None:
+    def move_by(self, axes: Axes, now_s: float) -> None:
+        """Move every axis by a distance: operation 6."""
+        here = self.rack.positions(now_s)
+        for axis, steps in enumerate(axes.positions_steps):
+            self.rack.move_to(axis, here[axis] + steps, axes.speeds_steps_s[axis], now_s)
+
+    def move_to(self, axes: Axes, now_s: float) -> None:
         """Send every axis to its goal: operation 7."""
         here = self.rack.positions(now_s)
         goals = zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
@@ -377,12 +389,16 @@ class SimRobkoBoard(Board):
                 return Moving(0 if early else self.drive.rack.mask(now_s))
             case Position():
                 return Positions(self.drive.reported(now_s))
-            case MoveAbsolute() | MoveSpeed() if not self.enabled:
+            case MoveRelative() | MoveAbsolute() | MoveSpeed() if not self.enabled:
                 return Acknowledged(request.op, Status.ERROR)
+            case MoveRelative() | MoveAbsolute() if mask := self.drive.rack.mask(now_s):
+                return Busy(request.op, mask)
+            case MoveRelative(axes):
+                self.drive.move_by(axes, now_s)
+                self._accepted_s = now_s
+                return Acknowledged(request.op)
             case MoveAbsolute(axes):
-                if mask := self.drive.rack.mask(now_s):
-                    return Busy(request.op, mask)
-                self.drive.move(axes, now_s)
+                self.drive.move_to(axes, now_s)
                 self._accepted_s = now_s
                 return Acknowledged(request.op)
             case MoveSpeed(axes):
@@ -403,6 +419,8 @@ class SimRobkoBoard(Board):
                 self._switch(True, now_s)
             case Disable():
                 self._switch(False, now_s)
+            case Clear():
+                self.drive.set_counts(STANDSTILL, now_s)
 
     def _switch(self, on: bool, now_s: float) -> None:
         self.enabled = on

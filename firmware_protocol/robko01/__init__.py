@@ -19,12 +19,14 @@ from firmware_protocol.robko01.messages import Acknowledged as Acknowledged
 from firmware_protocol.robko01.messages import Answer as Answer
 from firmware_protocol.robko01.messages import Axes as Axes
 from firmware_protocol.robko01.messages import Busy as Busy
+from firmware_protocol.robko01.messages import Clear as Clear
 from firmware_protocol.robko01.messages import Disable as Disable
 from firmware_protocol.robko01.messages import Enable as Enable
 from firmware_protocol.robko01.messages import Inputs as Inputs
 from firmware_protocol.robko01.messages import InputsRead as InputsRead
 from firmware_protocol.robko01.messages import IsMoving as IsMoving
 from firmware_protocol.robko01.messages import MoveAbsolute as MoveAbsolute
+from firmware_protocol.robko01.messages import MoveRelative as MoveRelative
 from firmware_protocol.robko01.messages import MoveSpeed as MoveSpeed
 from firmware_protocol.robko01.messages import Moving as Moving
 from firmware_protocol.robko01.messages import Op as Op

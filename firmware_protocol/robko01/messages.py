@@ -39,14 +39,16 @@ _TWELVE = struct.Struct(f"<{2 * AXES}h")
 class Op(IntEnum):
     """A request's operation; the answer has the same number.
 
-    Neither end here uses the rest: 5 zeroes the positions, 6 moves relatively and ignores its
-    speed, 13 and 14 echo a name, and 15 and 16, for stored positions, are not carried out.
+    The firmware also has a name that it only echoes (13, 14), and numbers for stored positions that
+    it does not carry out (15, 16). Neither end here uses them.
     """
 
     PING = 1
     STOP = 2
     DISABLE = 3
     ENABLE = 4
+    CLEAR = 5
+    MOVE_RELATIVE = 6
     MOVE_ABSOLUTE = 7
     OUTPUTS = 8
     INPUTS = 9
@@ -197,6 +199,12 @@ class Enable(_OfNothing):
     op = Op.ENABLE
 
 
+class Clear(_OfNothing):
+    """Set the present position of every axis as zero, even in motion."""
+
+    op = Op.CLEAR
+
+
 class Inputs(_OfNothing):
     """Ask for the digital inputs."""
 
@@ -213,6 +221,12 @@ class Position(_OfNothing):
     """Ask for the position and the speed of every axis."""
 
     op = Op.POSITION
+
+
+class MoveRelative(_OfAxes):
+    """Move every axis by a distance, as fast as its last `MoveAbsolute`."""
+
+    op = Op.MOVE_RELATIVE
 
 
 class MoveAbsolute(_OfAxes):
@@ -241,6 +255,8 @@ Request: TypeAlias = (
     | Stop
     | Disable
     | Enable
+    | Clear
+    | MoveRelative
     | MoveAbsolute
     | Outputs
     | Inputs

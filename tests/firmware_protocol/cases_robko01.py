@@ -14,14 +14,19 @@ PLAIN = [
     robko01.Stop,
     robko01.Disable,
     robko01.Enable,
+    robko01.Clear,
     robko01.Inputs,
     robko01.IsMoving,
     robko01.Position,
 ]
+MOVES = (robko01.MoveRelative, robko01.MoveAbsolute, robko01.MoveSpeed)
 REQUESTS = st.one_of(
     st.sampled_from([kind() for kind in PLAIN]),
     st.builds(robko01.Ping, PAYLOAD),
-    *[st.builds(kind, AXES) for kind in (robko01.MoveAbsolute, robko01.MoveSpeed)],
+    *[
+        st.builds(kind, AXES)
+        for kind in (robko01.MoveRelative, robko01.MoveAbsolute, robko01.MoveSpeed)
+    ],
     st.builds(robko01.Outputs, BYTE),
 )
 VALUES = {

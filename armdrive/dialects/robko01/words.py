@@ -19,6 +19,7 @@ from firmware_protocol.robko01.messages import (
     Disable,
     Enable,
     MoveAbsolute,
+    MoveRelative,
     MoveSpeed,
     Position,
     Positions,
@@ -39,6 +40,10 @@ def _positions(message: Positions) -> str:
     return f"at {standing(AXIS_NAMES, axes.positions_steps)}; {told}"
 
 
+def _relative(message: MoveRelative) -> str:
+    return f"move: {moved(AXIS_NAMES, message.axes.positions_steps)}"
+
+
 def _absolute(message: MoveAbsolute) -> str:
     axes = message.axes
     return f"move, up to {_fastest(axes)} steps/s, to {standing(AXIS_NAMES, axes.positions_steps)}"
@@ -47,6 +52,7 @@ def _absolute(message: MoveAbsolute) -> str:
 SENTENCES: Sentences = MappingProxyType(
     {
         Positions: _positions,
+        MoveRelative: _relative,
         MoveAbsolute: _absolute,
         MoveSpeed: lambda message: (
             f"turn without end (steps/s): {moved(AXIS_NAMES, message.axes.speeds_steps_s)}"

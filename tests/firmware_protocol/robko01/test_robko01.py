@@ -52,6 +52,7 @@ REQUEST_BYTES = [
     (robko01.Stop(), "AA 01 01 02 AB 03"),
     (robko01.Disable(), "AA 01 01 03 AB 02"),
     (robko01.Enable(), "AA 01 01 04 AB 05"),
+    (robko01.Clear(), "AA 01 01 05 AB 04"),
     (robko01.Inputs(), "AA 01 01 09 AB 08"),
     (robko01.IsMoving(), "AA 01 01 0A AB 0B"),
     (robko01.Position(), "AA 01 01 0B AB 0A"),
@@ -60,6 +61,7 @@ REQUEST_BYTES = [
     # C0 = AA ^ 02 ^ 05 = AD; C1 = 01 ^ 08 = 09
     (robko01.Outputs(5), "AA 01 02 08 05 AD 09"),
     # C0 = AA ^ 19 ^ 01 ^ 64 ^ FE ^ 64 = 4C; C1 = 01 ^ op ^ FF = FE ^ op
+    (robko01.MoveRelative(TWO), f"AA 01 19 06 01 00 64 00 FE FF 64 00{REST} 4C F8"),
     (robko01.MoveAbsolute(TWO), f"AA 01 19 07 01 00 64 00 FE FF 64 00{REST} 4C F9"),
     (robko01.MoveSpeed(TWO), f"AA 01 19 0C 01 00 64 00 FE FF 64 00{REST} 4C F2"),
 ]

@@ -8,11 +8,13 @@ from armdrive.sim.robko01 import ESP32, RobkoQuirks, SimRobkoBoard
 from firmware_protocol.robko01 import (
     Axes,
     Busy,
+    Clear,
     Disable,
     Inputs,
     InputsRead,
     IsMoving,
     MoveAbsolute,
+    MoveRelative,
     MoveSpeed,
     Moving,
     Op,
@@ -152,10 +154,20 @@ def test_fifty_steps_last_as_long_as_on_the_firmware(speed, seen_s):
     assert 0.97 * seen_s <= took_s <= 1.03 * seen_s + 0.01
 
 
+def test_operation_6_is_as_fast_as_the_last_operation_7_and_clear_zeroes_the_positions(bench):
+    for top, seen_s in ((None, 0.586), (30, 2.0)):
+        if top:
+            run(bench, MoveAbsolute(axes(10, speed=top)))
+        took_s, _ = run(bench, MoveRelative(axes(-50, speed=100)))
+        assert took_s == pytest.approx(seen_s, abs=0.1)
+    assert positions(bench) == (-40, 0, 0, 0, 0, 0)
+    bench.ask(Clear())
+    assert positions(bench) == ZEROS
+
+
 def test_an_axis_that_an_operation_6_left_hanging_is_freed_by_speeds_of_zero(bench):
-    """It has a top speed of 0, as after an operation 7 with that speed."""
-    assert bench.ask(MoveAbsolute(Axes(ZEROS))).status is Status.OK
-    bench.board.drive.rack.move_to(0, 50, 100.0, bench.now_s)
+    assert bench.ask(MoveAbsolute(Axes(ZEROS))).status is Status.OK  # a top speed of 0
+    assert bench.ask(MoveRelative(axes(50))).status is Status.OK
     bench.pass_time(60.0)
     assert positions(bench) == (1, 0, 0, 0, 0, 0)
     assert bench.ask(Stop()).status is Status.OK
