@@ -207,15 +207,12 @@ def _name(element: ET.Element, what: str) -> str:
 def _root(links: Sequence[str], above: _Above) -> str:
     """Return the link that no joint moves."""
     roots = [link for link in links if link not in above]
-    if len(roots) == 1:
-        return roots[0]
-    if not links:
-        raise KinematicsError("the URDF describes no link")
-    raise KinematicsError(
-        f"the URDF has several bases ({', '.join(roots)}): name one as base_link"
-        if roots
-        else "the joints of the URDF form a loop, so that it has no base"
-    )
+    if len(roots) != 1:
+        raise KinematicsError(
+            "a URDF has one base, a link that no joint moves, and not "
+            f"{', '.join(roots) or 'none'}: name it as base_link"
+        )
+    return roots[0]
 
 
 def _path(
