@@ -19,6 +19,7 @@ from functools import lru_cache
 from kinematics.five_axis import FiveAxisArm
 from kinematics.five_axis.closed_form import Angles, nearest_branch
 from kinematics.five_axis.nearest import Edge, edges, plane_pitches
+from kinematics.frames.numbers import last_that
 from kinematics.limits import JointRange
 
 # How far to either side of a boundary its reach is asked; what is thinner is not seen.
@@ -141,24 +142,14 @@ def _rims(
     for t in places:
         if is_rim(t):
             if not found:
-                found.append(_end(is_rim, t, before))
+                found.append(last_that(is_rim, t, before, _HALVINGS))
             found.append(t)
         elif found:
-            yield _piece(track, [*found, _end(is_rim, found[-1], t)])
+            yield _piece(track, [*found, last_that(is_rim, found[-1], t, _HALVINGS)])
             found = []
         before = t
     if found:
-        yield _piece(track, [*found, _end(is_rim, found[-1], track.high)])
-
-
-def _end(is_rim: Callable[[float], bool], inside: float, outside: float) -> float:
-    """Return the parameter between these two at which the rim ends."""
-    if is_rim(outside):
-        return outside
-    for _ in range(_HALVINGS):
-        middle = (inside + outside) / 2.0
-        inside, outside = (middle, outside) if is_rim(middle) else (inside, middle)
-    return inside
+        yield _piece(track, [*found, last_that(is_rim, found[-1], track.high, _HALVINGS)])
 
 
 def _piece(track: _Track, parameters: Sequence[float]) -> tuple[Point, ...]:

@@ -2,13 +2,14 @@
 
 Plain numbers go straight to `math`. Numbers of another kind have methods of the same names
 (`sin()`, `cos()`, `sqrt()`, `y.atan2(x)`, and `x.atan2_of(y)` for when only x is of that kind) and
-their own arithmetic. `number` and `numbers` check what a caller passes. Angles in rad.
+their own arithmetic. `number` and `numbers` check what a caller passes. `last_that` searches for a
+plain number by halving. Angles in rad.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from kinematics.errors import KinematicsError, finite, hand_angle
@@ -108,3 +109,22 @@ def cos_sin(angle: Any) -> tuple[Any, Any]:
     if abs(angle - quarters * (math.pi / 2)) <= QUARTER_TOLERANCE_RAD:
         return _QUARTERS[quarters % 4]
     return math.cos(angle), math.sin(angle)
+
+
+# Halving an interval this often leaves the last digits of a double.
+HALVINGS = 52
+
+
+def last_that(
+    holds: Callable[[float], bool], low: float, high: float, halvings: int = HALVINGS
+) -> float:
+    """Return the number furthest from `low` towards `high` for which something holds, by halving.
+
+    It holds at `low`, and changes at most once on the way; `high` may be below.
+    """
+    if holds(high):
+        return high
+    for _ in range(halvings):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low

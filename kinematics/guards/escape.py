@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from kinematics.frames.numbers import last_that
 from kinematics.geometry import ArmGeometry
 from kinematics.guards import GuardedArm, Guards
 from kinematics.spaces import Joints, Pose
@@ -45,29 +46,23 @@ def _raised(guarded: GuardedArm, pose: Pose, seed: Joints | None) -> Pose | None
     The arm is followed upwards in small steps: one that is solved numerically needs a posture near
     by, or it takes long to be sure that there is none.
     """
-    low, joints = pose, guarded.arm.solve(pose, seed)
-    while joints is not None and low.z_mm < pose.z_mm + HIGHEST_MM:
-        high = replace(low, z_mm=low.z_mm + RISE_MM)
-        above = guarded.arm.solve_near(high, joints)
-        if above is not None and _is_clear(guarded, above):
-            return _lowest(guarded, low.z_mm, high, above)
-        low, joints = high, above
+    z_mm, joints = pose.z_mm, guarded.arm.solve(pose, seed)
+
+    def is_clear(z_mm: float) -> bool:
+        there = joints and guarded.arm.solve_near(replace(pose, z_mm=z_mm), joints)
+        return there is not None and _is_clear(guarded, there)
+
+    while joints is not None and z_mm < pose.z_mm + HIGHEST_MM:
+        if is_clear(z_mm + RISE_MM):
+            lowest_mm = last_that(is_clear, z_mm + RISE_MM, z_mm, HALVINGS)
+            return replace(pose, z_mm=lowest_mm)
+        z_mm += RISE_MM
+        joints = guarded.arm.solve_near(replace(pose, z_mm=z_mm), joints)
     return None
 
 
-def _lowest(guarded: GuardedArm, low_mm: float, high: Pose, joints: Joints) -> Pose:
-    for _ in range(HALVINGS):
-        middle = replace(high, z_mm=(low_mm + high.z_mm) / 2.0)
-        there = guarded.arm.solve_near(middle, joints)
-        if there is not None and _is_clear(guarded, there):
-            high, joints = middle, there
-        else:
-            low_mm = middle.z_mm
-    return high
-
-
 def _is_clear(guarded: GuardedArm, joints: Joints) -> bool:
-    """Whether no guard's bound is passed, not even within the tolerance."""
+    """Whether no guard's bound is passed in a posture, not even within the tolerance."""
     return not guarded.violations(joints) and all(
         reading.clearance_mm >= 0.0 for reading in guarded.readings(joints)
     )

@@ -14,9 +14,7 @@ from operator import itemgetter
 from typing import NamedTuple
 
 from kinematics.errors import KinematicsError, not_negative, positive
-
-# How often a phase of changing acceleration is halved to find a time in it: to its last digit.
-HALVINGS = 52
+from kinematics.frames.numbers import last_that
 
 
 class Phase(NamedTuple):
@@ -176,8 +174,4 @@ def since_s(phase: Phase, distance: float) -> float:
         root = math.sqrt(max(speed * speed + 2.0 * acceleration * ahead, 0.0))
         under = speed + root
         return min(2.0 * ahead / under, duration_s) if under > 0.0 else duration_s
-    low, high = 0.0, duration_s
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if phase.state(middle)[0] > distance else (middle, high)
-    return 0.5 * (low + high)
+    return last_that(lambda t_s: phase.state(t_s)[0] <= distance, 0.0, duration_s)

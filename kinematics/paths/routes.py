@@ -14,6 +14,7 @@ from operator import add, sub
 from typing import NamedTuple, cast
 
 from kinematics.errors import NoArc, check_fields, finite, not_negative, require
+from kinematics.frames.numbers import last_that
 from kinematics.frames.vectors import add as plus
 from kinematics.frames.vectors import scale
 from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, PathBroken, Point, Unreachable
@@ -209,9 +210,6 @@ MIDDLE = 2.0 / 3.0
 # How many parts of a joint blend, or of half a joint motion, are looked at for where it is.
 _LOOKS = 16
 
-# How often the end of what lies within the radius is halved: to a billionth of the part.
-_HALVINGS = 30
-
 # The share of a part over which its slope in joint space is measured.
 _NUDGE = 1e-3
 
@@ -303,11 +301,7 @@ class _Side:
         high = next((share for share in steps if outside(share)), None)
         if high is None:
             return 0.5
-        low = high - 1.0 / (2 * _LOOKS)
-        for _ in range(_HALVINGS):
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if outside(middle) else (middle, high)
-        return low
+        return last_that(lambda share: not outside(share), high - 0.5 / _LOOKS, high)
 
     def at(self, share: float) -> float:
         """Return the share of the part at that distance from the point between."""
