@@ -321,3 +321,29 @@ class TableDevice(ScriptedDevice):
             if one == b"\n":
                 line, self._line = self._line.strip(), b""
                 self._says.append((now_s, self._table.get(line, self._default)))
+
+
+class TwinBus:
+    """The wire of simulated drives behind an adapter, at their bit rate or at another one."""
+
+    def __init__(self, link, *, right=True):
+        self.link, self.right, self.refused = link, right, 0
+
+    @property
+    def health(self):
+        return BusHealth(refused=self.refused)
+
+    def write(self, data, now_s):
+        if self.right:
+            self.link.write(data, now_s)
+        else:
+            self.refused += bool(data)
+
+    def read(self, now_s):
+        return self.link.read(now_s) if self.right else b""
+
+    def next_s(self):
+        return self.link.next_s() if self.right else math.inf
+
+    def close(self):
+        """Leave the drives' wire open."""

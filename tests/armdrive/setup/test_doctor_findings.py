@@ -4,7 +4,17 @@ import pytest
 from amounts import every_row
 from can_setup_bench import arm
 from canopen_nodes import Device, NodesBus
-from doctor_bench import BANNER, PROBES, SPOKEN, WHO, EchoDevice, ScriptedDevice, SimPort, made
+from doctor_bench import (
+    BANNER,
+    PROBES,
+    SPOKEN,
+    WHO,
+    EchoDevice,
+    ScriptedDevice,
+    SimPort,
+    TwinBus,
+    made,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from pages import page
@@ -29,7 +39,6 @@ from armdrive.setup.survey import of_settings
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings, Difference
 from armdrive.transports import opening, ports
-from armdrive.transports.can_health import BusHealth
 from armdrive.transports.ports import CanPort
 from firmware_protocol.canopen import DEVICE_TYPE, INCREMENTS_A_SECOND, SPEED_UNIT
 
@@ -288,21 +297,8 @@ def test_a_port_that_an_armdrive_program_holds_is_in_use_whatever_the_system_kno
     assert look_at(port).openable
 
 
-class TwinBus:
-    """The wire of simulated drives, which stays open when an adapter on it is closed."""
-
-    health = BusHealth()
-
-    def __init__(self, drives):
-        link = simulate(drives).link
-        self.write, self.read, self.next_s = link.write, link.read, link.next_s
-
-    def close(self):
-        """Stay open."""
-
-
 def test_mks_drives_are_found_and_offered_their_template(monkeypatch):
-    bus = TwinBus(arm())
+    bus = TwinBus(simulate(arm()).link)
     monkeypatch.setattr(opening, "open_can_link", lambda port: bus)
     clock = DialogClock()
     monkeypatch.setattr(dialog_runner, "RealClock", lambda: clock)

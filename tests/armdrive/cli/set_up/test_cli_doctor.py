@@ -1,6 +1,5 @@
 """`armdrive doctor`: asks before it opens, and says what it found."""
 
-import math
 import os
 import socket
 import sys
@@ -16,6 +15,7 @@ from doctor_bench import (
     RewritingDevice,
     ScriptedDevice,
     SimPort,
+    TwinBus,
     made,
     plug,
 )
@@ -37,7 +37,6 @@ from armdrive.tasks import DeviceSettings, Difference
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports import opening
 from armdrive.transports import ports as system
-from armdrive.transports.can_health import BusHealth
 from armdrive.transports.ports import CanPort, PortInfo
 from firmware_protocol import mks
 from firmware_protocol.robko01 import Pong
@@ -290,32 +289,6 @@ def test_a_robko_answers_over_udp(call):
 
 ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}"\n'
 BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"
-
-
-class TwinBus:
-    """The wire of simulated drives behind an adapter, at their bit rate or at another one."""
-
-    def __init__(self, link, *, right):
-        self.link, self.right, self.refused = link, right, 0
-
-    @property
-    def health(self):
-        return BusHealth(refused=self.refused)
-
-    def write(self, data, now_s):
-        if self.right:
-            self.link.write(data, now_s)
-        else:
-            self.refused += bool(data)
-
-    def read(self, now_s):
-        return self.link.read(now_s) if self.right else b""
-
-    def next_s(self):
-        return self.link.next_s() if self.right else math.inf
-
-    def close(self):
-        """Leave the drives' wire open."""
 
 
 @pytest.fixture
