@@ -119,12 +119,14 @@ def test_while_the_arm_is_paused_no_act_begins_and_a_stop_ends_the_wait(arm, mon
 
     monkeypatch.setattr(running.time, "sleep", breath)
     arm.pause()
-    performer(arm).perform(Outputs(on=(1,)))
+    performer(arm).perform(Outputs(on=(1, 3)))
     assert len(slept) == 3
+    performer(arm).perform(Outputs(on=(2,), off=(3,)))
+    assert arm.status.outputs == 3  # output 1 has stayed on
     arm.pause()
     with pytest.raises(Stopped):
-        performer(arm).perform(Outputs(on=(2,)))
-    assert arm.status.outputs == 1
+        performer(arm).perform(Outputs(off=(1,)))
+    assert arm.status.outputs == 3
 
 
 def test_a_pause_lengthens_a_delay(arm, monkeypatch):

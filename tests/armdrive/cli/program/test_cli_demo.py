@@ -1,6 +1,5 @@
 """The demonstration: it stacks simulated blocks, and prints text, JSON or a drawing."""
 
-import json
 import re
 import sys
 from dataclasses import replace
@@ -14,22 +13,11 @@ from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON
 from armdrive.programs.demonstration import JOBS, NEAR_ENOUGH_MM
 
 
-def test_as_json_every_line_is_a_document_and_the_last_a_summary(capsys):
-    assert main(["demo", "--json"]) == 0
-    *steps, summary = map(json.loads, capsys.readouterr().out.splitlines())
-    assert len(steps) > len(JOBS)
-    assert all(list(step) == ["step"] for step in steps)
-    assert summary["wrong"] == []
-    assert summary["simulated_s"] > 10
-    for block, job in zip(summary["blocks"], JOBS, strict=True):
-        assert block["name"] == job.name
-        assert block["measured_mm"] == pytest.approx(job.width_mm, abs=0.5)
-        assert block["place_mm"] == pytest.approx(job.to_mm, abs=NEAR_ENOUGH_MM)
-
-
-def test_it_stacks_every_block_in_plain_text_and_the_next_commands_work_verbatim(call):
+def test_it_stacks_every_block_in_plain_text_and_the_next_commands_work_verbatim(call, monkeypatch):
     before = call("status", "--json", code=0).json
+    monkeypatch.setenv("ARMDRIVE_ARM", "bench")  # then the next commands name the simulated arm
     said = call("demo", code=0).out  # without a terminal it is plain by itself
+    monkeypatch.delenv("ARMDRIVE_ARM")
     assert call("status", "--json", code=0).json == before  # the arm of the other commands
     assert "\x1b" not in said
     assert said.startswith("sim:teachmover (Microbot TeachMover), SIMULATED")
@@ -39,6 +27,7 @@ def test_it_stacks_every_block_in_plain_text_and_the_next_commands_work_verbatim
     *_, heading, first, second, third = said.splitlines()
     assert heading.startswith("Next")
     for line in (first, second):
+        assert line.endswith(" --sim teachmover")
         call(*line.split()[1:], code=0)
     assert third.split()[1] == "jog"
     assert "needs a terminal" in call(*third.split()[1:], code=2).err
@@ -53,11 +42,15 @@ def test_a_block_that_was_not_brought_to_its_place_fails_the_check(call, monkeyp
 
     perform = demo.perform
     monkeypatch.setattr("armdrive.cli.program.demo.perform", elsewhere)
-    monkeypatch.setenv("ARMDRIVE_ARM", "bench")  # then the next commands name the simulated arm
-    said = call("demo", "--plain", code=1).out
-    assert all(line.endswith(" --sim teachmover") for line in said.splitlines()[-3:])
-    assert "WRONG: block C is" in said
-    assert "Every block stands" not in said
+    *steps, summary = call("demo", "--json", code=1).json_lines
+    assert len(steps) > len(JOBS)
+    assert all(list(step) == ["step"] for step in steps)
+    assert summary["wrong"][0].startswith("block C is")
+    assert summary["simulated_s"] > 10
+    for block, job in zip(summary["blocks"], JOBS, strict=True):
+        assert block["measured_mm"] == pytest.approx(job.width_mm, abs=0.5)
+        placed = block["place_mm"] == pytest.approx(job.to_mm, abs=NEAR_ENOUGH_MM)
+        assert placed == (job is not last)
 
 
 class Screen(Terminal):

@@ -331,33 +331,35 @@ def test_the_complete_file_is_the_same_arm_to_the_last_bit(call, text):
     assert again.calibration == ours.calibration
 
 
-def test_all_problems_are_reported_at_once(call):
-    write_arm_file("bench", 'model = "teachmover"\n')
-    said = call("config", "check", "bench", code=0).out
-    assert "bench: fine" in said
-    assert "only be simulated" in said
-    write_arm_file(
-        "bench",
-        'model = "teachmover"\nspede = 1\n[connection]\nbuad = 9600\nport = "COM1"\n',
-    )
-    said = call("config", "check", "bench", "--json", code=2).json
-    assert not said["ok"]
-    assert ["spede" in said["problems"][0], "baud" in said["problems"][1]] == [True, True]
-    assert "2 problems" in call("config", "check", code=2).out
+PARK = PLAIN + "[park]\nx_mm = {}\ny_mm = 0\nz_mm = {}\npitch_deg = -90\n"
+HOMING = PLAIN + "[homing.joints_deg]\nbase = 0\nshoulder = 170\nelbow = 0\nwrist_pitch = 0\n"
+ON = '[connection]\ndialect = "{}"\nport = "{}"\n'
+MISSPELT = 'model = "teachmover"\nspede = 1\n[connection]\nbuad = 9600\nport = "COM1"\n'
+CHECKED = [
+    # an arm file, the exit code of its check, and what is said
+    ('model = "teachmover"\n', 0, "bench: fine", "only be simulated"),
+    (MISSPELT, 2, "2 problems", "'spede'", "'buad'"),
+    ('model = "minimover5-mks"\n' + ON.format("mks", "can:slcan:/dev/x?bitrate500000"), 2,
+     "write options as ?bitrate=500000"),
+    ('model = "teachmover"\n' + ON.format("teachmover", "can:socketcan:can0"), 2,
+     "is not on a bus: correct the port or the dialect"),
+    (PARK.format(900, 0), 2, "[park]", "1 problem"),
+    (PARK.format(100, -40), 2, "below the table"),
+    ('model = "alpha2"\n', 2, "motor steps of the"),
+    (PLAIN + '[gripper]\nkind = "none"\n', 2, "has 5 motors"),
+    (HOMING + "wrist_roll = 0\n", 2, "homing.joints_deg.shoulder is 170"),
+    ("model = ", 2, "not valid TOML"),
+]  # fmt: skip
 
 
-@every_row(
-    "dialect, port, said",
-    [
-        ("mks", "can:slcan:/dev/x?bitrate500000", "write options as ?bitrate=500000"),
-        ("teachmover", "can:socketcan:can0", "is not on a bus: correct the port or the dialect"),
-    ],
-)
-def test_a_port_that_cannot_be_the_arms_is_a_problem(call, dialect, port, said):
-    model = "minimover5-mks" if dialect == "mks" else "teachmover"
-    connection = f'[connection]\ndialect = "{dialect}"\nport = "{port}"\n'
-    write_arm_file("bench", f'model = "{model}"\n{connection}')
-    assert said in call("config", "check", "bench", code=2).out
+@every_row("row", CHECKED, ids=lambda row: row[0])
+def test_a_check_names_every_problem_with_its_key_and_remedy(call, row):
+    text, code, *said = row
+    write_arm_file("bench", text)
+    shown = call("config", "check", "bench", code=code).out
+    assert [words for words in said if words not in shown] == []
+    view = call("config", "check", "bench", "--json", code=code).json
+    assert (view["ok"], bool(view["problems"])) == (code == 0, code != 0)
 
 
 def test_an_arm_whose_adapter_is_known_by_its_number_has_a_port(call):
@@ -379,25 +381,3 @@ def test_a_missing_arm_file_is_reported_as_in_the_list(call):
     for missing in ("benhc", "benhc.toml"):
         assert "did you mean 'bench'" in call.refused("config", "show", missing, code=2)
     assert "did you mean 'bench'" in call("config", "check", "benhc", code=2).out
-
-
-@every_row(
-    "text, said",
-    [
-        (PLAIN + "[park]\nx_mm = 900\ny_mm = 0\nz_mm = 0\npitch_deg = -90\n", "[park]"),
-        (PLAIN + "[park]\nx_mm = 100\ny_mm = 0\nz_mm = -40\npitch_deg = -90\n", "below the table"),
-        ('model = "alpha2"\n', "motor steps of the"),
-        (PLAIN + '[gripper]\nkind = "none"\n', "has 5 motors"),
-        (
-            PLAIN + "[homing.joints_deg]\nbase = 0\nshoulder = 170\nelbow = 0\nwrist_pitch = 0\n"
-            "wrist_roll = 0\n",
-            "homing.joints_deg.shoulder is 170",
-        ),
-        ("model = ", "not valid TOML"),
-    ],
-)
-def test_a_problem_names_the_key_and_the_remedy(call, text, said):
-    path = write_arm_file("bench", text)
-    called = call("config", "check", str(path), code=2)
-    assert said in called.out
-    assert "1 problem" in called.out

@@ -55,7 +55,6 @@ def test_rows_are_absolute_and_the_fingers_stay_until_a_line_moves_them(arm):
         ("move above\nmove_line pick", "line 2 cannot be a row: .*joint motions"),
         ("move above\ndelay 1", "line 2 cannot be a row: .*motions only"),
         ("move above\ngrasp", "line 2 cannot be a row: .*openings of the fingers only"),
-        ("move above\nopen_now 500", "line 2 cannot be a row: the gripper opens from 0"),
         ("move above\nmove under", "line 2 cannot be a row: .*table"),
         ("move above\nmove behind", "line 2 cannot be a row: the base would turn"),
         ("repeat\n  move above\n  move pick\nend", "line 2 cannot be a row: .*holds 64 rows"),
