@@ -212,12 +212,9 @@ def test_an_arm_file_is_a_model_with_its_corrections_and_its_tool(call, tmp_path
 # `armdrive plot`: what an arm reaches, in characters and in files.
 
 
-WORKSPACE = ("plot",)
-
-
-@pytest.mark.parametrize("key", ["alpha2"])
-def test_a_built_in_arm_is_drawn(call, key):
-    said = call(*WORKSPACE, "--model", key, "--ascii", code=0).out
+@every_row("key", PRESETS)
+def test_every_arm_is_drawn(call, key):
+    said = call("plot", "--model", key, "--ascii", code=0).out
     assert said.isascii()
     lines = said.splitlines()
     assert "reach of the finger tips at pitch -90 deg" in lines[0]
@@ -225,9 +222,9 @@ def test_a_built_in_arm_is_drawn(call, key):
     assert set("".join(lines[1:-1])) & set("-|/\\")
 
 
-@pytest.mark.parametrize("name", ["two-link-2", "puma"])
+@every_row("name", ["two-link-2", "cartesian", "puma"])
 def test_another_system_is_drawn_from_two_sides(call, name):
-    lines = call(*WORKSPACE, "--model", name, "--ascii", code=0).out.splitlines()
+    lines = call("plot", "--model", name, "--ascii", code=0).out.splitlines()
     assert lines[0].endswith("positions that the tool reached")
     assert lines[-2].startswith("x across")
     assert "z up" in lines[-2]
@@ -239,5 +236,5 @@ def test_another_system_is_drawn_from_two_sides(call, name):
 
 def test_without_matplotlib_the_extra_is_named(call, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    said = call.refused(*WORKSPACE, "--output", str(tmp_path / "reach.png"), code=2)
+    said = call.refused("plot", "--output", str(tmp_path / "reach.png"), code=2)
     assert "pip install 'armdrive[plot]'" in said

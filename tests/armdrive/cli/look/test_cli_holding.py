@@ -85,6 +85,7 @@ def test_a_stop_from_outside_ends_a_motion(call, held):
     held.move_j(base_deg=0)  # a stop latches nothing
     stopped = call("stop", "--sim", "teachmover", "--json", code=0).json  # by its name
     assert stopped == {"stopped": 1, "failures": []}
+    assert call("stop", "--sim", "robko01", "--json", code=1).json["failures"]
 
 
 def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
