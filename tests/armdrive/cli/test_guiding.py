@@ -1,7 +1,10 @@
 """`armdrive home` and `verify` with typed answers, on a simulated twin."""
 
+import sys
+
 import pytest
-from cli_calls import write_arm_file
+from cli_calls import Terminal, write_arm_file
+from simulated_port import SimulatedPorts
 
 from armdrive import Arm
 from armdrive.cli import terminal_operator
@@ -149,6 +152,17 @@ def test_homing_by_switches_warns_of_motion_and_reports_each_group(call, switche
     told = [line for line in said.splitlines() if line.startswith("homed: ")]
     others = "shoulder and elbow and right wrist and left wrist and gripper"
     assert told == ["homed: base", f"homed: {others}"]
+
+
+def test_a_real_arm_with_switches_moves_to_them_only_after_a_yes(call, switched, monkeypatch):
+    monkeypatch.delenv("ARMDRIVE_FORCE_SIM")
+    device = SimulatedPorts(monkeypatch).put("/dev/ttyNOWHERE", "grbl").device
+    before = device.world.motors
+    monkeypatch.setattr(sys, "stdin", Terminal("no\n"))
+    called = call("home", *switched, code=3)
+    assert "THE ARM WILL MOVE" in called.out
+    assert "not confirmed, so nothing moved" in called.err
+    assert device.world.motors == before
 
 
 # -- verifying ------------------------------------------------------------------------------------
