@@ -21,9 +21,6 @@ from armdrive.storage.files import replace_file
 # The file with the details of the last fault, in the state folder.
 DETAILS = "unexpected.txt"
 
-# Lines of a traceback to keep; an endless recursion makes thousands of similar lines.
-MOST_LINES = 400
-
 _MOST_REASON = 200  # characters: the message may quote a whole file
 
 
@@ -51,10 +48,7 @@ def _written(error: BaseException) -> str:
 
 def _details(error: BaseException) -> str:
     """Return the details: time, version, command and traceback."""
-    lines = "".join(traceback.format_exception(error, chain=True)).splitlines()
-    if len(lines) > MOST_LINES:
-        half = MOST_LINES // 2
-        lines = [*lines[:half], "...", *lines[-half:]]
+    lines = "".join(traceback.format_exception(error)).splitlines()
     words = " ".join(shortened(repr(word), _MOST_REASON) for word in sys.argv[1:])
     heading = [
         f"time: {datetime.now(UTC).isoformat(timespec='seconds')}",
