@@ -17,8 +17,7 @@ A page is worked through from its top to its end, in one world of simulated arms
 - `<!-- answers: LINE / LINE -->` types these lines at the questions of the next block.
 - `<!-- not typed: REASON -->` above a block leaves it out, for one of the `REASONS`.
 
-A failing page names the command and its answer. With `WRITE_PAGES=1` in the environment the tests
-write the new answers into the pages, line by line: read the difference before you keep it.
+A failing page names the command and its answer.
 """
 
 import contextlib
@@ -29,7 +28,6 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from difflib import SequenceMatcher
 from pathlib import Path
 from typing import Any, Self
 
@@ -55,7 +53,6 @@ COMMENT = r"<!-- (?P<word>setup|port|answers|not typed): (?P<value>.*?) -->"
 FENCE = r"^```(?P<kind>\w*)\n(?P<text>.*?)^```$"
 PART = re.compile(rf"{COMMENT}|{FENCE}", re.DOTALL | re.MULTILINE)
 NAMED = re.compile(r"(?:#|<!--) ([\w-]+\.(?:arm|py|toml|urdf))\b")
-WRITE = "WRITE_PAGES" in os.environ
 AS_INSTALLED = ("-parmdrive.testing.plugin", "-pno:cacheprovider")
 """What pytest finds by itself where armdrive was installed."""
 
@@ -93,24 +90,6 @@ def fits(shown: list[str], wanted: list[str]) -> bool:
     return re.fullmatch(r"(?s:.*?)".join(map(re.escape, pieces)), "\n".join(shown)) is not None
 
 
-def renewed(shown: list[str], wanted: list[str]) -> list[str]:
-    """Return the lines of a page with each one that differs replaced by the answer's nearest."""
-    return [row if row == "..." else _nearest(shown, row) for row in wanted]
-
-
-def _nearest(shown: list[str], row: str) -> str:
-    """Return the line of an answer that is most like a row, cut off where the row is cut off."""
-    stem = row.removesuffix("...")
-    found = max(shown, key=lambda each: SequenceMatcher(None, each[: len(row)], stem).ratio())
-    if stem == row:
-        return found
-    head, sign, _ = found.partition(stem[-2:])
-    for _ in range(stem.count(sign) - 1):
-        more, sign, _ = found[len(head + sign) :].partition(sign)
-        head += sign + more
-    return f"{head}{sign}..."
-
-
 class Terminal(io.StringIO):
     """What a person types at a terminal."""
 
@@ -140,7 +119,6 @@ class Typist:
         self.printed: str | None = None
         """What the last program printed, None where the last block was none."""
         self.typed = 0
-        self.renewed: list[tuple[str, str]] = []
         """Pieces of the page whose answers differ, and what they should be."""
 
     def __enter__(self) -> Self:
@@ -222,12 +200,6 @@ class Typist:
         called = self._type(command)
         shown = [*called.out.splitlines(), *called.err.splitlines()]
         shown = [self._there(row) for row in shown]
-        if WRITE and shown and not fits(shown, wanted):
-            old, new = (
-                "\n".join((f"$ {command}", *rows)) for rows in (wanted, renewed(shown, wanted))
-            )
-            self.renewed.append((old, new))
-            wanted = []
         assert not wanted or fits(shown, wanted), (command, shown)
         refused = any(row.startswith("armdrive: [") for row in wanted)
         assert called.code == 0 or refused, (command, called)
