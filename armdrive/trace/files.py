@@ -190,37 +190,30 @@ def read_recording(path: Path) -> Recording:
 
 def parse_recording(data: bytes) -> Recording:
     """Turn a file's bytes into a recording. Raises `RecordingError`."""
-    if not data:
-        raise RecordingError("the file is empty")
     lines = io.BytesIO(data)  # line by line: a huge file of empty lines is refused at once
     header = _header(lines.readline(LONGEST_HEADER).removesuffix(b"\n"))
     entries = tuple(_entries(lines))
     return Recording(header, entries, cut_off=not data.endswith(b"\n"))
 
 
-def _object(line: bytes, number: int) -> Mapping[str, Any]:
+def _object(line: bytes) -> dict[str, Any]:
+    """Return the JSON object of a line; an empty one if it holds none."""
     try:
         found = json.loads(line)
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(f"line {number} is not JSON: {error}") from None
-    if not isinstance(found, dict):
-        raise RecordingError(f"line {number} is not a JSON object")
-    return found
+    except (ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def _header(line: bytes) -> Header:
-    try:
-        found = _object(line, 1)
-    except RecordingError as error:
-        raise RecordingError(f"the file is not a flight recording: {error}") from None
-    known = found.get(MARK)
+    found = _object(line)
+    known = found.pop(MARK, None)
     if known is None:
         raise RecordingError("the file is not a flight recording")
     if type(known) is not int or known != FORMAT:  # neither true nor 1.0 is a format
         raise RecordingError(f"the format is {known!r:.20}, but this armdrive reads {FORMAT}")
-    keys = {name: value for name, value in found.items() if name != MARK}
     try:
-        return section_of(Header, keys, "line 1")
+        return section_of(Header, found, "line 1")
     except ArmFileError as error:
         raise RecordingError(str(error)) from None
 
@@ -231,7 +224,7 @@ def _entries(lines: Iterable[bytes]) -> Iterator[TraceEntry]:
     for number, line in enumerate(lines, 2):
         if not line.endswith(b"\n"):
             return
-        entry = _entry(_object(line, number), number)
+        entry = _entry(_object(line), number)
         if entry.time_s < latest_s:
             raise RecordingError(f"line {number} has an earlier time than the previous line")
         latest_s = entry.time_s
@@ -239,26 +232,17 @@ def _entries(lines: Iterable[bytes]) -> Iterator[TraceEntry]:
 
 
 def _entry(found: Mapping[str, Any], number: int) -> TraceEntry:
-    word = found.get("kind")
-    kind = _KINDS.get(word) if isinstance(word, str) else None
-    if kind is None:
-        raise RecordingError(f"line {number} has the unknown kind {word!r:.40}")
-    key = "bytes" if kind in TRAFFIC else "text"
-    if set(found) != {"t", "kind", key}:
-        raise RecordingError(f"line {number} must have t, kind and {key}, and nothing else")
-    time_s, what = _time_s(found["t"], number), found[key]
-    if not isinstance(what, str):
-        raise RecordingError(f"{key} in line {number} must be text, not {what!r:.40}")
-    if key == "text":
-        return TraceEntry(time_s, kind, what)
+    """Return the entry of a line. Raises `RecordingError`, whatever is wrong with it."""
     try:
-        return TraceEntry(time_s, kind, what.encode("latin-1"))
-    except UnicodeEncodeError:
-        raise RecordingError(f"line {number} has a character beyond Latin-1") from None
-
-
-def _time_s(value: Any, number: int) -> float:
-    plain = isinstance(value, int | float) and not isinstance(value, bool)
-    if not plain or not -LATEST_S <= value <= LATEST_S:  # NaN is not within either
-        raise RecordingError(f"line {number} has {value!r:.40} instead of a time in seconds")
-    return float(value)
+        kind, time_s = _KINDS[found["kind"]], found["t"]
+        what = found["bytes"].encode("latin-1") if kind in TRAFFIC else found["text"]
+        number_given = isinstance(time_s, int | float) and not isinstance(time_s, bool)
+        # NaN is not within bounds either
+        right = number_given and abs(time_s) <= LATEST_S and isinstance(what, bytes | str)
+    except (AttributeError, KeyError, TypeError, ValueError):
+        right = False
+    if not right:
+        raise RecordingError(
+            f"line {number} is no entry, with a time `t`, a `kind`, and `bytes` or `text`"
+        )
+    return TraceEntry(float(time_s), kind, what)

@@ -212,6 +212,8 @@ def test_each_interface_has_its_own_words_and_none_speaks_python_to_a_person(int
     words = INTERFACES[interface]
     assert presented("Look at the arm, call `reset()`, then `home()`.", words) == SAID[interface]
     assert presented("Call `home()`.", COMMAND_LINE) == "Run `armdrive home`."
+    for phrase in PHRASES:  # one whose beginning is an action of its own stays whole
+        assert presented(phrase.python, SHELL) == phrase.shell
     for sentence in SENTENCES:
         shown = presented(sentence, words)
         assert not PYTHON.search(shown), shown

@@ -5,7 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
-from amounts import amount
+from amounts import amount, every_row
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pages import page
@@ -106,24 +106,26 @@ def test_a_spoilt_recording_is_read_or_refused_and_its_replay_ends(text, data):
         Narrator(recording.header.dialect).line(0, entry).view()
 
 
-@pytest.mark.parametrize(
-    ("line", "words"),
+@every_row(
+    "line, words",
     [
-        ('{"t": 0, "kind": "dance", "text": ""}', "unknown kind 'dance'"),
-        ('{"t": 0, "kind": "sent", "text": ""}', "must have t, kind and bytes"),
-        ('{"t": 0, "kind": "sent", "bytes": "\\u0394"}', "beyond Latin-1"),
-        ('{"t": NaN, "kind": "state", "text": ""}', "instead of a time"),
-        ('{"t": -1, "kind": "state", "text": ""}', "earlier"),
-        ("[" * 100_000, "not JSON"),
-        ("7", "not a JSON object"),
+        ('{"t": 0, "kind": "dance", "text": ""}', "line 4 is no entry"),
+        ('{"t": 0, "kind": ["sent"], "bytes": ""}', "line 4 is no entry"),
+        ('{"t": 0, "kind": "sent", "text": ""}', "line 4 is no entry"),
+        ('{"t": 0, "kind": "sent", "bytes": "\\u0394"}', "line 4 is no entry"),
+        ('{"t": 0, "kind": "state", "text": 3}', "line 4 is no entry"),
+        ('{"t": NaN, "kind": "state", "text": ""}', "line 4 is no entry"),
+        ('{"t": true, "kind": "state", "text": ""}', "line 4 is no entry"),
+        ('{"t": -1, "kind": "state", "text": ""}', "line 4 has an earlier time"),
+        ("[" * 100_000, "line 4 is no entry"),
+        ("7", "line 4 is no entry"),
     ],
 )
 def test_a_broken_line_is_named_with_its_number(text, line, words):
     lines = text.decode().splitlines()
     lines[3:3] = [line]
-    with pytest.raises(RecordingError, match=words) as error:
+    with pytest.raises(RecordingError, match=words):
         parse_recording("".join(f"{each}\n" for each in lines).encode())
-    assert "line 4" in str(error.value) or "line 5" in str(error.value)
 
 
 def test_a_file_that_is_not_there_too_large_or_of_tomorrow(tmp_path, text, monkeypatch):
