@@ -47,10 +47,7 @@ def ask_value(question: Question, *, resumed_by: str = "") -> Any:
         try:
             return ask(question, question.answered)
         except Back:
-            leave = (
-                "here; Ctrl-C leaves, and the same command continues" if resumed_by else "from here"
-            )
-            say(f"  you cannot go back {leave}")
+            say("  you cannot go back from here")
         except BadRequest as ended:
             if not resumed_by:
                 raise

@@ -166,10 +166,11 @@ class Program:
 
         Raises `ProgramError` for a snapshot of another program, or of another format.
         """
-        if snapshot.get("format") != FORMAT:
-            raise ProgramError("this state of a program was written by another version of armdrive")
-        if snapshot.get("program") != self.digest:
-            raise ProgramError("the program has changed since: start it again")
+        if (snapshot.get("format"), snapshot.get("program")) != (FORMAT, self.digest):
+            raise ProgramError(
+                "this state is that of another program, or of another version of armdrive: start "
+                "the program again"
+            )
         try:
             values = by_name(VALUE).read(snapshot["points"], "points")
             points = {name: place(value) for name, value in values.items()}
@@ -218,8 +219,6 @@ def _in_book(
     alike = [each for each in book if each.lower() == name.lower()]
     if len(alike) == 1:
         return book[alike[0]]
-    if alike:
-        return f'{" and ".join(alike)} differ only in capital letters: write taught("{alike[0]}")'
     near = suggestion(name, (*book, *own))
     return f"{name!r} is not defined, and no saved point has that name{near}"
 

@@ -330,7 +330,7 @@ def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
     called = call("can", "setup", "bench", "--port", PORT, code=3)
     assert "`armdrive can setup bench` continues there" in called.err
     assert "shipped as id 1" in called.out  # what ? explains
-    assert "you cannot go back here" in called.out
+    assert "you cannot go back from here" in called.out
     assert "which adapter? --port names it" in call.refused("can", "setup", "bench", code=2)
 
 
