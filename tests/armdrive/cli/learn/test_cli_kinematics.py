@@ -230,7 +230,7 @@ def test_another_system_is_drawn_from_two_sides(call, name):
     assert "z up" in lines[-2]
     assert "y up" in lines[-1]
     assert sum(line.count(".") for line in lines[1:-2]) > 10
-    (plane,) = call(*WORKSPACE, "--model", "two-link-1", "--json", code=0).json["views"]
+    (plane,) = call("plot", "--model", "two-link-1", "--json", code=0).json["views"]
     assert (plane["across"], plane["up"]) == ("x", "y")
 
 
