@@ -189,10 +189,14 @@ def counts_of(entry: TraceEntry) -> Counts:
 
 
 def offset_at(entries: Sequence[TraceEntry], index: int) -> Counts | None:
-    """Return the reference offset at an entry, or else when the position was first known."""
+    """Return the reference offset at an entry; if it was not known yet, at the next motion.
+
+    A position is believed before its offset is taken up, or at once with it.
+    """
     offset, known = None, False
     for at, entry in enumerate(entries):
-        if known and at >= index:
+        begins = entry.kind is EntryKind.REQUEST and str(entry.what).startswith("Move")
+        if known and (at == index or (at > index and begins)):
             break
         if entry.kind is EntryKind.OFFSET:
             offset = counts_of(entry)
