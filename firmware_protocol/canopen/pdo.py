@@ -199,8 +199,8 @@ def first_pdo(direction: Direction, node: int, mapping: Mapping) -> tuple[Write,
 
 # The device's end of PDOs: the configuration in its objects, sending, and receiving.
 #
-# No clock and no I/O: the owner transmits the frames. PDOs that the device transmits on events are
-# not simulated: no program of ours asks for them.
+# No clock and no I/O: the owner transmits the frames. The device transmits a PDO at every SYNC or
+# never: no program of ours asks for one on events, or at every second SYNC.
 # Source: CiA 301, PDO communication and mapping parameters.
 
 SYNCHRONOUS_MOST = 240
@@ -215,8 +215,6 @@ class DevicePdo:
     can_id: int
     mapping: Mapping
     transmission: int
-    beats: int = 0
-    """SYNCs since the latest transmission."""
     data: bytes = b""
     """Received data that waits for a SYNC."""
 
@@ -268,11 +266,8 @@ class DevicePdos:
         """Send the drive's present values, then apply the PDOs received before this SYNC."""
         # In this order: what is sent was true at the SYNC, before any new target counts.
         for pdo, readers in self._transmitted:
-            pdo.beats += 1
-            if pdo.beats >= pdo.transmission:
-                pdo.beats = 0
-                data = pdo.mapping.pack([read(now_s) for read in readers])
-                self._say(Frame(pdo.can_id, data))
+            data = pdo.mapping.pack([read(now_s) for read in readers])
+            self._say(Frame(pdo.can_id, data))
         for pdo in self._received.values():
             if pdo.synchronous and pdo.data:
                 data, pdo.data = pdo.data, b""

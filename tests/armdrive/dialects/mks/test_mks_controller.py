@@ -269,6 +269,12 @@ def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
     bench.check_stands()
 
 
+def test_a_drive_that_refuses_to_home_is_named():
+    bench = MksBench().ready()
+    bench.node(3).set_mode(Mode.PULSE_FOC)
+    assert "drive 3 (elbow) refused to home" in denied(bench.do(HomeDevice(((2,),))))
+
+
 def longest_braking_s(rpm):
     """Return how long a drive brakes from a speed on the gentlest ramp that it knows."""
     return rpm * COUNTS_S_PER_RPM / slope_of(1)
