@@ -124,8 +124,7 @@ class TutorController(ScriptRunner[DeviceEvent]):
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
         """Return one burst behind its line, since nothing ends a motion early."""
         sent_s = HOST_DELAY_S + LONGEST_LINE * self._byte_s
-        seen_s = LONGEST_ANSWER * self._byte_s + HOST_DELAY_S
-        return self.whole_burst(burst_s, parts, sent_s, seen_s)
+        return self.whole_burst(burst_s, parts, sent_s)
 
 
 DRIVER = Driver(TutorSettings, TutorController)
