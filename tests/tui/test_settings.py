@@ -224,17 +224,19 @@ async def test_the_palette_knows_the_words_that_people_use_and_does_rows_of_othe
         assert session.arm.asked("grasp") == [], "the keys are not armed"
 
 
-async def test_each_arm_has_settings_of_its_own_and_a_new_real_one_starts_slowly(memory):
+def test_each_arm_has_settings_of_its_own_and_a_new_real_one_starts_slowly(memory):
+    bench = {"arm": "bench", "simulated": False}
     visits = (
-        # an arm, keys, its settings before
-        (FakeArm(), ("m", "plus", "plus", "right_square_bracket"), "speed 25%   step [2°] 2 mm"),
-        (FakeArm(arm="bench", simulated=False), ("plus",), "speed 10%   step [2°] 2 mm"),
-        (FakeArm(arm="lab", simulated=False), (), "speed 10%   step [2°] 2 mm"),
-        (FakeArm(arm="bench", simulated=False), (), "speed 25%   step [2°] 2 mm"),
-        (FakeArm(), (), "speed 100%   step 2° [5 mm]"),
+        # an arm, its jog speed, mode and move speed before, and the jog speed that is left
+        ({}, (0.25, False, 0.5), 1.0),
+        (bench, (0.1, False, 0.25), 0.25),
+        ({**bench, "arm": "lab"}, (0.1, False, 0.25), 0.1),
+        (bench, (0.25, True, 0.25), 0.25),
+        ({}, (1.0, True, 0.5), 1.0),
     )
-    for arm, keys, settings in visits:
-        async with Session(arm, memory=memory) as session:
-            session.shows(arm.status.arm, stopping=settings)
-            assert session.desk.settings.move.speed == (0.5 if arm.status.simulated else 0.25)
-            await session.press(*keys, "ctrl+q")
+    for arm, before, left in visits:
+        status = FakeArm(**arm).status
+        settings = DeskSettings(memory, status, JOG_PAIRS, ("base",))
+        assert (settings.jog.speed, settings.jog.cartesian, settings.move.speed) == before, arm
+        settings.jog.speed, settings.jog.cartesian = left, True
+        settings.keep(status, "")

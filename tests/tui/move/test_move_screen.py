@@ -141,9 +141,15 @@ async def test_joints_are_typed_in_the_other_mode_and_their_nearest_too():
         assert session.goal.goal == {"base_deg": -15.5}
 
 
-async def test_lines_frames_and_speeds():
+async def test_the_arrows_step_a_field_and_lines_frames_and_speeds_are_chosen():
     async with MoveSession() as session:
-        await session.keys("l '5 F down down '-30 greater_than_sign")  # F empties the fields
+        x_mm = session.arm.status.pose.x_mm  # from where the arm is
+        await session.burst("right right left right_square_bracket right")
+        assert float(session.field("x")) == pytest.approx(x_mm + 6.0, abs=0.01)
+        await session.keys("backspace")
+        assert session.field("x") == ""
+        assert session.screen.planned.preview is None
+        await session.burst("l '5 F down down '-30 greater_than_sign")  # F empties the fields
         session.shows("a change along a line", goal="straight line")
         session.shows("a change along a line", goal="frame tool (a change)")
         await session.twice("enter")
@@ -151,16 +157,6 @@ async def test_lines_frames_and_speeds():
         assert isinstance(move, LineMove)
         assert (move.frame, move.goal.z_mm, move.goal.x_mm) == ("tool", -30.0, 0.0)
         assert move.speed == 1.0
-
-
-async def test_the_arrows_step_a_field_from_where_the_arm_is():
-    async with MoveSession() as session:
-        x_mm = session.arm.status.pose.x_mm
-        await session.keys("right right left right_square_bracket right")
-        assert float(session.field("x")) == pytest.approx(x_mm + 6.0, abs=0.01)
-        await session.keys("backspace")
-        assert session.field("x") == ""
-        assert session.screen.planned.preview is None
 
 
 async def test_a_stop_on_the_way_to_the_arm_ends_the_motion():

@@ -218,16 +218,6 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
             assert "leave it (ctrl+q)" in session.text("messages")
 
 
-async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
-    path = written()
-    async with SetupSession() as session:
-        await session.choose("2 describe")
-        await session.keys("'bench enter")
-        assert "not overwritten" in session.text("messages")
-        assert session.stage.describing.question.key == "name"
-    assert path.read_text(encoding="utf-8") == FILE
-
-
 @pytest.mark.parametrize("step", ["2 describe", "4 check"])
 async def test_a_folder_that_cannot_be_written_is_found_before_the_first_question(
     monkeypatch, step
@@ -243,9 +233,13 @@ async def test_a_folder_that_cannot_be_written_is_found_before_the_first_questio
 
 
 async def test_a_space_in_an_answer_stops_and_keeps_the_answers_and_yet_a_title_has_words():
+    path = written()
     async with SetupSession() as session:
         await session.choose("2 describe")
-        await session.burst("'my_bench enter")
+        await session.burst("'bench enter")
+        session.shows("a name that is taken", messages="not overwritten")
+        assert session.stage.describing.question.key == "name"
+        await session.burst("'2 enter")
         template = session.words
         assert "Which template" in template
         await session.burst("'my space")
@@ -260,8 +254,9 @@ async def test_a_space_in_an_answer_stops_and_keeps_the_answers_and_yet_a_title_
         await session.burst("'My_arm")
         assert "enter: My arm" in session.words
         await session.keys("enter")
-        assert session.stage.describing.name == "my_bench", "a name is one word"
+        assert session.stage.describing.name == "bench2", "a name is one word"
         assert "Which dialect" in session.words
+    assert path.read_text(encoding="utf-8") == FILE
 
 
 async def test_referencing_asks_as_the_desk_does_and_a_click_marks_a_step():
