@@ -19,7 +19,7 @@ from kinematics.errors import KinematicsError, OutOfReach
 from kinematics.text import significant
 from kinematics.textbook.study import FRAME_COORDINATES, Subject, study
 from kinematics.textbook.systems.named import NamedBranch, System, frame_coordinates
-from kinematics.textbook.worked_example import frame_of, number_text, violation_text
+from kinematics.textbook.worked_example import frame_of, number_text
 
 # The message names a joint that turns further than this in one step.
 LEAP_RAD = math.pi / 4.0
@@ -98,7 +98,7 @@ def _by_branch(
         return Stepped(values, str(error))
     taken = min(found, key=lambda branch: _furthest(subject.chain, values, branch))
     if taken.violations:
-        broken = "; ".join(map(violation_text, taken.violations))
+        broken = "; ".join(map(str, taken.violations))
         return Stepped(values, f"not within the limits on {taken.name}: {broken}")
     return Stepped(taken.joints, _leap(subject.chain, values, taken.joints) or message)
 

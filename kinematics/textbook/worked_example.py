@@ -21,7 +21,6 @@ from kinematics.errors import KinematicsError
 from kinematics.frames.numbers import as_list, goal_numbers
 from kinematics.frames.orientations import RPY
 from kinematics.frames.transforms import Transform, homogeneous, position_of
-from kinematics.limits import LimitViolation
 from kinematics.text import aligned, counted, plain
 from kinematics.textbook.notation import (
     GREEK,
@@ -173,13 +172,6 @@ def frame_text(frame: Transform) -> list[str]:
     return [f"[ {row} ]" for row in aligned(cells)]
 
 
-def violation_text(violation: LimitViolation) -> str:
-    """Say by how much a joint would pass its limit."""
-    excess = number_text(violation.excess, violation.unit)
-    bound = number_text(violation.bound, violation.unit)
-    return f"{violation.joint} {excess} beyond its limit of {bound}"
-
-
 def coordinates_text(names: Sequence[str], values: Sequence[float]) -> str:
     """Return the coordinates of a goal with their units."""
     split = [name.rpartition("_") for name in names]
@@ -216,7 +208,7 @@ def _forward(example: Study) -> Iterator[str]:
     if example.orientation.degeneracy is not None:
         yield f"  degenerate: {example.orientation.degeneracy.value}"
     for violation in example.violations:
-        yield f"but: {violation_text(violation)}"
+        yield f"but: {violation}"
     system = example.subject.system
     if system is not None and system.space is not None:
         yield f"reach: {system.space(system)}"
@@ -300,7 +292,7 @@ def remarks(branch: NamedBranch) -> Iterator[str]:
     if branch.degenerate:
         yield f"degenerate: {branch.degenerate}"
     for violation in branch.violations:
-        yield f"not within the limits: {violation_text(violation)}"
+        yield f"not within the limits: {violation}"
 
 
 def _all_solutions(example: Study) -> Iterator[str]:

@@ -67,7 +67,6 @@ from kinematics.textbook.worked_example import (
     sections,
     symbolic_example,
     symbolic_sections,
-    violation_text,
     work,
 )
 from kinematics.transmission import Transmission
@@ -168,7 +167,7 @@ def example_view(example: Study) -> dict[str, Any]:
         "convention": subject.chain.convention.value,
         "links": list(rows_of(subject.chain)),
         "joints": shown_joints(subject.chain, example.values),
-        "violations": list(map(violation_text, example.violations)),
+        "violations": list(map(str, example.violations)),
         **_factors_view(example, _rows),
         **frame_view(example.frame),
         "rpy_degenerate": degeneracy.value if degeneracy else "",

@@ -52,7 +52,6 @@ from kinematics.textbook.worked_example import (
     coordinates_text,
     frame_text,
     joints_text,
-    violation_text,
 )
 
 
@@ -167,7 +166,7 @@ def fk(options: argparse.Namespace) -> Result:
     chain = subject.chain
     values = given_joints(chain, options.joints)
     frame = chain.fk(values)
-    broken = [violation_text(each) for each in chain.violations(values)]
+    broken = [str(each) for each in chain.violations(values)]
     view = {
         "model": subject.name,
         "joints": shown_joints(chain, values),
@@ -290,7 +289,7 @@ def _branch_row(chain: Chain, branch: NamedBranch) -> BranchRow:
     values = tuple(
         joint_text(value, kind.unit) for value, kind in zip(branch.joints, chain.kinds, strict=True)
     )
-    return BranchRow(branch.name, values, tuple(map(violation_text, branch.violations)))
+    return BranchRow(branch.name, values, tuple(map(str, branch.violations)))
 
 
 def branch_view(chain: Chain, branch: NamedBranch) -> dict[str, Any]:
@@ -299,7 +298,7 @@ def branch_view(chain: Chain, branch: NamedBranch) -> dict[str, Any]:
         "name": branch.name,
         "joints": shown_joints(chain, branch.joints),
         "within_limits": branch.within_limits,
-        "violations": list(map(violation_text, branch.violations)),
+        "violations": list(map(str, branch.violations)),
     }
 
 

@@ -106,7 +106,7 @@ NOT_MADE = {
     "a goal out of reach": (*example("two-link-1"), "x_mm", 500.0, "out of reach: "),
     "a joint that would go beyond its limit": (
         SUBJECTS["minimover5"], BENT, "pitch_rad", math.radians(-5),
-        "not within the limits on base front, elbow up: wrist_pitch 5.61° beyond its limit"),
+        "not within the limits on base front, elbow up: wrist pitch 5.6° beyond its limit"),
 }  # fmt: skip
 
 

@@ -95,7 +95,7 @@ def test_fk_of_a_model_file(call, own):
     assert found["position_mm"] == pytest.approx([467.78, 0.0, 288.48], abs=0.01)
     assert found["violations"] == []
     said = call("fk", "--model", own, "120", "-40", "60", "-110", "0", code=0).out
-    assert "but: base 30° beyond its limit of 90°" in said
+    assert "but: base 30.0° beyond its limit of 90.0°" in said
 
 
 def test_ik_of_a_model_file_undoes_fk_or_prints_the_nearest(call, own):
