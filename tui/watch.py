@@ -24,7 +24,7 @@ from armdrive.errors.actions import COMMAND_LINE, presented
 from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import LABEL, STATUS_FIELDS, Current, State, Status, Trust, status_rows
-from armdrive.storage.lock_client import ask_holder, follow_holder
+from armdrive.storage.lock_client import ask_holder, watch_holder
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
 from tui.app import POLL_S, FramedScreen, KeyApp
@@ -274,7 +274,7 @@ def run_watch(name: str, model: ArmModel, *, ascii_only: bool = False) -> int:
     braille = draws_braille(ascii_only=ascii_only)
     left = recall(memory_file())
     keys = keyboard_of(left.layout)
-    views, ask = follow_holder(name, POLL_S), partial(ask_holder, name)
+    views, ask = watch_holder(name, POLL_S), partial(ask_holder, name)
     app = Watching(name, model, views, ask, braille=braille, keys=keys, look=left.look)
     app.run_or_raise()
     return app.return_code or 0

@@ -20,7 +20,7 @@ from armdrive.errors.arguments import (
 )
 from armdrive.moves import ONE_MOVE, PARTS, Jog
 from armdrive.registry import DEFAULT
-from armdrive.runtime.clock import SimulatedClock, SimulatedPace
+from armdrive.runtime.clock import SimulatedClock
 from armdrive.storage.points import Point
 from kinematics.spaces import POSE_EXAMPLE, Joints, Pose
 
@@ -46,8 +46,8 @@ def _lines(name: str, value: object) -> object:
 
 
 def _pace(name: str, value: object) -> object:
-    """Accept a word, a number, a clock or an arm's pace; the pace itself checks the word."""
-    known = value is None or isinstance(value, str | SimulatedClock | SimulatedPace)
+    """Accept a word, a number or a clock; the pace itself checks the word."""
+    known = value is None or isinstance(value, str | SimulatedClock)
     return value if known else number(name, value)
 
 

@@ -28,8 +28,8 @@ from kinematics.errors import KinematicsError
 Answers = Callable[[ArmConnection, Json], Iterator[Json]]
 
 WATCH_RANGE_S = (0.02, 3600.0)
-# These keys change by themselves as time passes, so that a change of them is no news.
-PASSING = ("trust_for_s", "percent", "left_s")
+PASSING = "trust_for_s"  # changes by itself as time passes, so that its change is no news
+PROGRESS = ("percent", "left_s")  # of a running program, which advance all the time
 
 PERCENT_RANGE = (1, 100)
 
@@ -107,26 +107,16 @@ def _record(arm: ArmConnection, _: Json) -> Iterator[Json]:
 
 
 def _watch(arm: ArmConnection, words: Json) -> Iterator[Json]:
-    return _changes(arm, words, _lasting)
-
-
-def _follow(arm: ArmConnection, words: Json) -> Iterator[Json]:
-    """Yield the status as `_watch` does, and also whenever a program has made progress."""
-    return _changes(arm, words, _shown)
-
-
-def _changes(arm: ArmConnection, words: Json, seen: Callable[[Json], Json]) -> Iterator[Json]:
     """Yield the status whenever it has changed, and once more when the arm is closed.
 
     An empty object says that nothing has changed; sending it shows whether the caller still reads.
-    `seen` returns the part of a status that is compared.
     """
     every_s = _every_s(words)
     last: Json = {}
     while True:
         closed = arm.closed
         view = _view(arm)
-        now = seen(view)
+        now = _news(view)
         yield {} if now == last else view
         last = now
         if closed:
@@ -143,20 +133,14 @@ def _view(arm: ArmConnection) -> Json:
     return view if arm.program is None else {**view, "program": arm.program()}
 
 
-def _lasting(view: Json) -> Json:
-    """Return the part of a status that does not change by itself as time passes."""
-    program = view.get("program")
-    lasting = {key: value for key, value in view.items() if key not in PASSING}
-    if isinstance(program, dict):
-        lasting["program"] = {key: each for key, each in program.items() if key not in PASSING}
-    return lasting
-
-
-def _shown(view: Json) -> Json:
-    """Return the part of a status that a person sees, with progress in percent and seconds."""
-    program = view.get("program")
-    further = program if isinstance(program, dict) else {}
-    return {**_lasting(view), "further": [_whole(further.get(word)) for word in PASSING]}
+def _news(view: Json) -> Json:
+    """Return the part of a status whose change is news: progress in whole percent and seconds."""
+    news = {key: value for key, value in view.items() if key != PASSING}
+    if isinstance(program := view.get("program"), dict):
+        news["program"] = {
+            key: _whole(each) if key in PROGRESS else each for key, each in program.items()
+        }
+    return news
 
 
 def _whole(value: object) -> int | None:
@@ -244,12 +228,11 @@ REQUESTS: Mapping[str, Answers] = MappingProxyType(
         "slow": _slow,
         "record": _record,
         "watch": _watch,
-        "follow": _follow,
         "wire": _wire,
     }
 )
 # Those that are answered until either side ends.
-WATCHING = (_watch, _follow, _wire)
+WATCHING = (_watch, _wire)
 
 
 def answered(arm: ArmConnection, words: Json) -> tuple[bool, Iterator[Json]]:

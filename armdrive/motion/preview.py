@@ -151,8 +151,6 @@ def _alternatives(ground: Ground, move: SingleMove, near: Pose | None) -> Iterat
     if isinstance(move, JointMove) and isinstance(move.goal, Joints):
         limits = zip(arm.limits, move.goal, strict=True)
         within = Joints(tuple(each.clamp(angle) for each, angle in limits), move.goal.names)
-        if within != move.goal:
-            yield JointMove(within, move.speed)
         near = nearest_goal(ground.config, arm.fk(within), here)
     if near is not None:
         if isinstance(move, LineMove):

@@ -409,18 +409,16 @@ class RealPace:
 
 # The argument `pace=` of a connection.
 
-# One of "simulated", "real", a factor of real time, a clock, or another arm's pace.
+# One of "simulated", "real", a factor of real time, a clock, or None.
 #
 # None means simulated time of the arm's own; for an `AsyncArm`, the time of its event loop.
-PaceChoice = str | float | SimulatedClock | SimulatedPace | None
+PaceChoice = str | float | SimulatedClock | None
 
 
 def pace_of(choice: PaceChoice) -> Pace:
     """Return the pace for a simulated arm. Raises `BadRequest`."""
     if isinstance(choice, SimulatedClock):
         return SimulatedPace(choice)
-    if isinstance(choice, SimulatedPace):
-        return SimulatedPace(choice.clock)
     if choice is None or choice == "simulated":
         return SimulatedPace()
     if choice == "real":

@@ -178,16 +178,16 @@ def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
 
 
 def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield the status of a held arm whenever it changes, until the holder releases the arm.
+    """Yield the status of a held arm whenever it changes or its program has advanced.
 
-    Raises `HolderError` if no program holds the arm, or the holder refuses or stops answering.
+    Ends when the holder releases the arm; closing this generator hangs up. Raises
+    `HolderError` if no program holds the arm, or the holder refuses or stops answering.
     """
-    return _changes(name, "watch", every_s)
-
-
-def follow_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield the status like `watch_holder`, and also whenever a program has advanced."""
-    return _changes(name, "follow", every_s)
+    with contextlib.closing(_streamed(name, "watch", every_s)) as answers:
+        for answer in filter(None, answers):
+            if "state" not in answer:
+                raise HolderError(str(answer.get("error", "the program cannot be watched")))
+            yield answer
 
 
 def tap_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
@@ -196,15 +196,6 @@ def tap_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
     Ends and raises like `watch_holder`.
     """
     return _streamed(name, "wire", every_s)
-
-
-def _changes(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield the answers that are not empty; closing this generator hangs up."""
-    with contextlib.closing(_streamed(name, request, every_s)) as answers:
-        for answer in filter(None, answers):
-            if "state" not in answer:
-                raise HolderError(str(answer.get("error", "the program cannot be watched")))
-            yield answer
 
 
 def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, Any], None, None]:

@@ -13,7 +13,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.connect.target import find
 from armdrive.errors import ArmError, HolderError
 from armdrive.status import State, status_view
-from armdrive.storage.lock_client import ask_holder, follow_holder
+from armdrive.storage.lock_client import ask_holder, watch_holder
 from tui.app import POLL_S
 from tui.keys.presses import QUIET_S, Confirmation
 from tui.safety import SafetyPanel
@@ -169,7 +169,7 @@ async def test_an_arm_that_is_really_held_is_watched_and_stopped():
     with connect_remembered(config) as arm:
         assert isinstance(arm, Arm)
         held = SimpleNamespace(
-            views=partial(follow_holder, config.name, POLL_S), ask=partial(ask_holder, config.name)
+            views=partial(watch_holder, config.name, POLL_S), ask=partial(ask_holder, config.name)
         )
         async with Session(held) as session:
             await session.seen(lambda: session.app.view)

@@ -155,6 +155,11 @@ def test_a_key_just_after_a_repeat_of_the_held_one_waits_for_the_gate():
     assert desk.log[-1] == (pytest.approx(soon_s + GATE_S), Increment("w"))
 
 
+def test_a_repeat_that_another_key_joins_at_once_begins_nothing():
+    desk = Desk().run([(1.0, "q"), (1.4, "q"), (1.41, "w")])
+    assert [type(action) for _, action in desk.log] == [Increment]
+
+
 def test_a_gated_press_that_is_found_too_late_is_dropped():
     deadman = armed()
     deadman.press("q", 2.0)

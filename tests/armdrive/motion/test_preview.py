@@ -118,6 +118,8 @@ def test_a_farther_allowed_posture_is_marked_and_can_be_reached_by_its_joints():
     assert "farther" in second[0].against
     line = arm.preview(LineMove(GOAL))
     assert any("straight line keeps" in way.against for way in line.ways if not way.taken)
+    assert "in another posture" in arm.preview(LineMove(second[0].joints)).plan.note
+    assert line.plan.note == arm.preview(LineMove(line.end)).plan.note == ""
     named = {f"{name}_deg": angle for name, angle in second[0].joints.deg.items()}
     assert arm.model.arm.fk(second[0].joints).x_mm == pytest.approx(GOAL.x_mm)
     assert arm.preview(JointMove(named)).possible

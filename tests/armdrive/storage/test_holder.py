@@ -22,7 +22,6 @@ from armdrive.storage import lock_client as holder
 from armdrive.storage.arm_lock import MOST_WATCHERS, hold
 from armdrive.storage.lock_client import (
     ask_holder,
-    follow_holder,
     held_arms,
     name_held,
     notice_of,
@@ -214,10 +213,10 @@ def test_a_watcher_of_a_standing_arm_gets_one_status(arm, holding):
     views.close()
 
 
-def test_a_follower_gets_the_progress_of_a_long_act_but_not_every_moment(arm, holding):
+def test_a_watcher_gets_the_progress_of_a_long_act_but_not_every_moment(arm, holding):
     program = {"file": "stack.arm", "line": 2, "percent": 3.1, "left_s": 60.2}
     arm.program = lambda: program
-    views = follow_holder("bench", 0.02)
+    views = watch_holder("bench", 0.02)
     assert next(views)["program"]["percent"] == 3.1
     program = {**program, "percent": 3.2, "left_s": 59.9}
     soon(program.update, {"percent": 3.9, "left_s": 59.2})
