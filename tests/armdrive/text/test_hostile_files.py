@@ -32,12 +32,9 @@ USAGE = 2
 SIMULATED = ("--sim", "teachmover")
 READERS = {
     "an arm file to check": ("config", "check", "{}.toml"),
-    "an arm file to show": ("config", "show", "{}.toml"),
     "an arm": ("status", "--arm", "{}.toml"),
     "answers": ("config", "new", "bench", "--yes", "--answers", "{}.toml"),
     "a model": ("explain", "{}.toml"),
-    "a model for fk": ("fk", "--model", "{}.toml", "1", "2"),
-    "a model for ik": ("ik", "--model", "{}.toml", "--x", "1"),
     "a program": ("run", "{}.arm", "--check", *SIMULATED),
     "a script": ("run", "{}.py", "--check", *SIMULATED),
     "a recording": ("log", "{}.jsonl"),
