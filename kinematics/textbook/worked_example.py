@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -123,24 +123,23 @@ class ExampleSection:
 
 
 def sections(example: Study) -> Iterator[ExampleSection]:
-    """Return the worked example section by section."""
-    system, chain = example.subject.system, example.subject.chain
-    if system is not None:
-        yield ExampleSection("Figure", tuple(system.figure().splitlines()))
-    yield ExampleSection("Links", tuple(table_text(chain).splitlines()))
-    yield ExampleSection("A matrices at this posture", tuple(_matrices(example)))
-    yield ExampleSection("Forward kinematics", tuple(_forward(example)))
-    yield ExampleSection("Jacobian", tuple(_jacobian(example)))
-    if example.singularities:
-        yield ExampleSection("Singularities", tuple(_singularities(example)))
-    yield ExampleSection("How it is solved", tuple(_how_solved(example.subject)))
-    if example.solution is None:
-        yield ExampleSection("Inverse kinematics", tuple(_inverse(example)))
-    else:
-        solved = tuple(_solved(example, example.solution))
-        yield ExampleSection("Inverse kinematics, by numbers", solved)
-        if example.branches:
-            yield ExampleSection("All solutions, in closed form", tuple(_all_solutions(example)))
+    """Yield the sections of a worked example that have something to say."""
+    system, solution = example.subject.system, example.solution
+    pages: tuple[tuple[str, Iterable[str]], ...] = (
+        ("Figure", system.figure().splitlines() if system else ()),
+        ("Links", table_text(example.subject.chain).splitlines()),
+        ("A matrices at this posture", _matrices(example)),
+        ("Forward kinematics", _forward(example)),
+        ("Jacobian", _jacobian(example)),
+        ("Singularities", _singularities(example)),
+        ("How it is solved", _how_solved(example.subject)),
+        ("Inverse kinematics", () if solution else _inverse(example)),
+        ("Inverse kinematics, by numbers", _solved(example, solution) if solution else ()),
+        ("All solutions, in closed form", _all_solutions(example) if solution else ()),
+    )
+    for title, lines in pages:
+        if said := tuple(lines):
+            yield ExampleSection(title, said)
 
 
 def joints_text(chain: Chain, joints: Sequence[float]) -> str:
