@@ -87,15 +87,11 @@ class MotionContext:
 
     def request(self, request: Request) -> TaskBody[Reply]:
         """Send a request and return the reply. A timeout faults the arm."""
-        sent_s = self.now_s
         try:
             reply: Reply = yield Exchange(request)
         except NoAnswer as error:
-            # a controller that reports its motion and has replied since obeyed, then fell silent
-            reports = self.core.controller.abilities.reports_while_moving
-            replied = reports and self.engine.received_s > sent_s
-            unanswered = isinstance(request, MoveBy | MoveAlong | HomeDevice) and not replied
-            self.core.learn(Evidence.ANSWER_LOST if unanswered else Evidence.SILENT, self.now_s)
+            moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
+            self.core.learn(Evidence.ANSWER_LOST if moves else Evidence.SILENT, self.now_s)
             self.core.fault(error)
             raise
         return reply
