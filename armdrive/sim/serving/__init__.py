@@ -86,7 +86,7 @@ def run_device(
     """
     bell = Bell()
     try:
-        loop = _ServeLoop(device, server, say, bell)
+        loop = ServeLoop(device, server, say, bell)
         loop.begin(faults)
         with _ending_signals(loop.end):
             if commands is not None:
@@ -99,7 +99,7 @@ def run_device(
         bell.close()
 
 
-class _ServeLoop:
+class ServeLoop:
     """Passes bytes and commands to the device as they come."""
 
     def __init__(
@@ -131,15 +131,19 @@ class _ServeLoop:
         """Serve until the loop is ended."""
         while not self._console.ended:
             self._sleep()
-            now_s = time.monotonic()
-            data = self._server.read() if self._listening() else b""
-            if data:
-                self._line.send(data, now_s)
-            self._server.write(self._line.receive(now_s))
-            while self.lines and not self._console.ended:
-                self._obey(self.lines.popleft())
-            while self._console.faults.troubles:
-                self._say(self._console.faults.troubles.pop(0))
+            self.turn()
+
+    def turn(self) -> None:
+        """Pass on what is there."""
+        now_s = time.monotonic()
+        data = self._server.read() if self._listening() else b""
+        if data:
+            self._line.send(data, now_s)
+        self._server.write(self._line.receive(now_s))
+        while self.lines and not self._console.ended:
+            self._obey(self.lines.popleft())
+        while self._console.faults.troubles:
+            self._say(self._console.faults.troubles.pop(0))
 
     def _sleep(self) -> None:
         """Sleep until bytes or commands arrive, or the device has something to do."""

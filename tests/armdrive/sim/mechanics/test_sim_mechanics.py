@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.mechanics.motors import MotorDrive, MotorRack
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
+from armdrive.sim.mechanics.profiles import to_goal
 from armdrive.sim.teachmover import rate_hz
 from armdrive.sim.world import World
 
@@ -41,6 +42,18 @@ def test_speeds_lie_on_straight_lines_between_the_known_ones(speed, hz):
     assert rate_hz(speed, 0.0) == pytest.approx(hz)
     assert rate_hz(speed, 0.2) == pytest.approx(hz / 1.2)
     assert rate_hz(speed, -0.2) == pytest.approx(hz / 0.8)
+
+
+@given(st.floats(-900, 900), st.floats(-5000, 5000), st.floats(10, 900), st.floats(0, 1))
+def test_an_axis_goes_to_its_goal_from_any_speed_without_a_jump(speed, goal, rate, share):
+    profile = to_goal(0.0, speed, goal, rate, 500.0, 0.0, 800.0)
+    assert profile.at(profile.end_s) == goal
+    assert profile.speed_at(0.0) == pytest.approx(speed)
+    at, soon = share * profile.end_s, 1e-4
+    here, there = profile.at(at), profile.at(at + soon)
+    assert abs(there - here) <= max(abs(speed), rate) * soon + 1e-6
+    change = profile.speed_at(at + soon) - profile.speed_at(at)
+    assert abs(change) <= 800.0 * soon + 1e-6 or at + soon >= profile.end_s
 
 
 # -- Coordinated paths -----------------------------------------------------------------------------

@@ -166,9 +166,10 @@ class TestSwitches:
         assert bench.counts(1) == 0
         assert bench.world.joints.deg["base"] == pytest.approx(30.0, abs=0.01)
         there = bench.world.motors
-        bench.ask(1, mks.MoveAbsoluteAxis(-TURN, 300, 240), 2.0)
-        assert said(bench.ask(1, mks.Home(), 3.0)) == CARRIED_OUT
-        assert bench.world.motors == there
+        for away in (-TURN, TURN):  # from the second place, it first backs off its switch
+            bench.ask(1, mks.MoveAbsoluteAxis(away, 300, 240), 2.0)
+            assert said(bench.ask(1, mks.Home(), 5.0)) == CARRIED_OUT
+            assert bench.world.motors == there
 
     def test_a_switch_below_is_found_left_and_minded_from_its_own_side(self):
         homed = HomingSettings(Joints.of(-10, 70, -95, -35, 0), 20.0)
@@ -230,6 +231,7 @@ class TestDrives:
         bench.ask(2, mks.MoveAbsoluteAxis(500, 60, 0), 0.5)
         height_mm = bench.world.pose.z_mm
         bench.twin.faults.add("drive-dead", 2, for_s=1.0)
+        bench.twin.faults.add("drive-reset", 2)
         assert bench.ask(2, mks.ReadEncoder(), 0.5) == []
         assert bench.world.pose.z_mm < height_mm
         assert not bench.world.energised
@@ -237,6 +239,10 @@ class TestDrives:
         bench.run(0.6)
         assert bench.counts(2) == 0
         assert bench.world.energised
+        bench.twin.faults.add("drive-dead", 2)
+        bench.device.power_off()
+        bench.twin.faults.end()
+        assert not bench.board.nodes[1].port.powered
 
     def test_reset_in_motion_it_stops_and_knows_nothing_any_more(self, bench):
         bench.send(1, mks.MoveAbsoluteAxis(5 * TURN, 60, 0))
