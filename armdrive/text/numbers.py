@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 from armdrive.errors import BadRequest
 
@@ -32,21 +31,18 @@ def whole(word: str) -> int:
 # A speed is a fraction of the arm's limits, written as `0.5` or `50%`.
 
 
-# Compiled where a speed is read: every command imports this module, and few read one.
-_SPEED = r"(?ai)\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)\s*(%?)\s*"
-
-
 def parse_speed(text: str) -> float:
     """Return the fraction that a text means: above 0 and up to 1.
 
     Raises `BadRequest`. A bare number above 1 is refused, because readers disagree whether 50 means
     50 % or fifty times the limits.
     """
-    found = re.fullmatch(_SPEED, text)
-    if found is None:
-        raise BadRequest(f"{text!r} is not a speed: {_how()}")
-    value = float(found[1])
-    percent = found[2] == "%"
+    word = text.strip()
+    percent = word.endswith("%")
+    try:
+        value = number(word.removesuffix("%").strip())
+    except BadRequest:
+        raise BadRequest(f"{text!r} is not a speed: {_how()}") from None
     fraction = value / 100.0 if percent else value
     if not 0.0 < fraction <= 1.0:
         raise BadRequest(speed_refusal(value, percent=percent))

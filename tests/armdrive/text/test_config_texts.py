@@ -75,7 +75,7 @@ def test_a_speed_is_a_fraction_or_a_percentage(text: str, fraction: float) -> No
         ("1.01", "a speed is a fraction of the limits, not 1.01: write 0.0101 or 1.01%"),
         ("101", "a speed is at most 100% of the limits, not 101: write 0.5 or 50%"),
         ("150%", "a speed is at most 100% of the limits, not 150%: write 0.5 or 50%"),
-        ("1e999", "a speed is at most 100% of the limits, not inf: write 0.5 or 50%"),
+        ("1e999", "'1e999' is not a speed: write 0.5 or 50%"),
         ("0", "a speed is above 0, not 0: write 0.5 or 50%"),
         ("-0.5", "a speed is above 0, not -0.5: write 0.5 or 50%"),
         ("-10%", "a speed is above 0, not -10%: write 0.5 or 50%"),
