@@ -241,6 +241,14 @@ def test_axis_and_angle_come_back(axis, angle):
     assert gap(rotation_vector(made.rotation()), scale(angle, made.axis)) < 1e-8
 
 
+@every_row("off", [0.0, 1e-12, 1e-9, 1e-6])
+def test_half_a_turn_keeps_its_axis(off):
+    made = AxisAngle((1.0, 2.0, 3.0), math.pi - off)
+    vector = rotation_vector(made.rotation())
+    assert norm(vector) == pytest.approx(math.pi, abs=2e-6)
+    assert norm(cross(vector, made.axis)) < 1e-6
+
+
 @given(rotations, rotations)
 def test_quaternions_multiply_and_turn_like_their_matrices(a, b):
     p, q = quaternion_of(a), quaternion_of(b)

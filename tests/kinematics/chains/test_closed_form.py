@@ -33,7 +33,7 @@ from kinematics.chains.inverse import Reason, solve_frame_ik
 from kinematics.chains.jacobians import condition
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
-from kinematics.frames.transforms import compose, rotation_of, transform, translation
+from kinematics.frames.transforms import compose, position_of, rotation_of, transform, translation
 
 any_arm = st.sampled_from(sorted(ARMS))
 angles = st.floats(-3.1, 3.1)
@@ -100,6 +100,17 @@ def test_every_posture_meets_its_goal_and_the_posture_that_made_it_is_among_them
         assert gap(chain.fk(one), frame) < 2e-5
     if regular(chain, values):
         assert min(turn_gap(one, values) for one in found) < 1e-4
+
+
+def test_a_goal_just_beyond_the_stretched_arm_is_not_met_by_it():
+    stretched = MINI_MOVER.fk((0.3, 0.5, 0.0, -0.4, 0.2))
+    out = (math.cos(0.3) * math.cos(0.5), math.sin(0.3) * math.cos(0.5), math.sin(0.5))
+    beyond = transform(
+        rotation_of(stretched),
+        tuple(at + 0.05 * way for at, way in zip(position_of(stretched), out, strict=True)),
+    )
+    assert closed_form(MINI_MOVER).branches(frame_goal(stretched), (0.0,) * 5)
+    assert closed_form(MINI_MOVER).branches(frame_goal(beyond), (0.0,) * 5) == []
 
 
 @every_row("chain", [PUMA_560, KUKA_KR6, AR4, THOR], ids=["puma", "kr6", "ar4", "thor"])
