@@ -107,7 +107,7 @@ def test_a_goal_just_beyond_the_stretched_arm_is_not_met_by_it():
     out = (math.cos(0.3) * math.cos(0.5), math.sin(0.3) * math.cos(0.5), math.sin(0.5))
     beyond = transform(
         rotation_of(stretched),
-        tuple(at + 0.05 * way for at, way in zip(position_of(stretched), out, strict=True)),
+        tuple(at + 3e-5 * way for at, way in zip(position_of(stretched), out, strict=True)),
     )
     assert closed_form(MINI_MOVER).branches(frame_goal(stretched), (0.0,) * 5)
     assert closed_form(MINI_MOVER).branches(frame_goal(beyond), (0.0,) * 5) == []
