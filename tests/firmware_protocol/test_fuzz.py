@@ -63,7 +63,7 @@ def test_every_codec_is_registered():
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_codec_survives_damaged_frames(case):
-    frames = amount(150, 5000)
+    frames = amount(100, 5000)
     tally = run(case, seed=7, frames=frames)
     assert tally.frames == frames
     assert tally.resyncs == frames // 10

@@ -255,7 +255,7 @@ def homing(firmware, for_s=1.0, **values):
 
 def wait_until(arm, *, moving):
     while arm.twin.device.moving is not moving:
-        arm.sleep(0.004)
+        arm.sleep(0.01)
 
 
 def stop_homing(arm, task):

@@ -117,7 +117,7 @@ def test_a_feed_is_never_faster_than_asked_and_hardly_slower(steps, lasts_s):
 
 
 @example([Motors([1] * 6)] * 1000)  # if each were rounded by itself, the errors would add up
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(st.lists(STEPS, min_size=1, max_size=30))
 def test_relative_ways_in_degrees_add_up_to_the_last_decimal(ways):
     axes = axes_of("degrees")
