@@ -334,6 +334,6 @@ def with_arm(sentence: str, options: argparse.Namespace) -> str:
 
     def named(found: re.Match[str]) -> str:
         name, *rest = found[1].split()
-        return found[0] if "--arm" in rest else f"`{command_line(name, *words, *rest)}`"
+        return f"`{command_line(name, *words, *rest)}`"
 
     return re.sub(_COMMAND, named, sentence)

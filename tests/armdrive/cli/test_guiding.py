@@ -27,13 +27,15 @@ def at_the_mark() -> None:
 
 def test_a_person_is_led_through_and_confirms(call, typing):
     at_the_mark()
-    typing("yes", "", "ok", "shoulder -2", "shoulder 2", "gripper 3 gripper -3", "show", "done")
+    jogs = ("shoulder -200", "shoulder -2", "shoulder 2", "gripper 3 gripper -3")
+    typing("yes", "", "ok", *jogs, "show", "done")
     called = call("home", "--guide", code=0)
     assert "Step 1 of 3" in called.out
     assert called.out.count("Is the way clear? Type ok: ") == 3  # until it is yes or no
     assert called.out.count("Type ok to go on, or no to leave.") == 2
     assert "Step 3 of 3" in called.out
     assert "reference posture" in called.out
+    assert "jog by at most 20 degrees or mm at a time, not -200" in called.out
     assert "shoulder -2: done" in called.out
     assert "referenced: tip" in called.out
     assert call("status", "--json", code=0).json["trust"] == "restored"
