@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
+from armdrive import Arm, Jog, LinkLost, NotReferenced, OutOfBounds, Space
 from armdrive.blocking import run_blocking
 from armdrive.cli.program.run import MOVING
 from armdrive.connect.parts import connect_simulated
@@ -93,6 +93,17 @@ def test_what_a_program_does_is_noted_in_words(arm, tmp_path):
     assert of_kind(entries, EntryKind.CURRENT)[-1] == "off"
     assert len(of_kind(entries, EntryKind.OFFSET)) >= 2
     assert of_kind(entries, EntryKind.STOP)[:2] == ["normal stop", "emergency stop"]
+
+
+def test_an_error_is_noted_once_however_many_calls_it_passes_through(tmp_path):
+    with recorded_arm() as arm:
+        with pytest.raises(NotReferenced):
+            arm.reference.verify()
+        entries = saved(arm, tmp_path).entries
+    assert [each.split()[0] for each in of_kind(entries, EntryKind.CALL)] == [
+        "reference.verify", "start",
+    ]  # fmt: skip
+    assert len(of_kind(entries, EntryKind.RAISED)) == 1
 
 
 def lose_the_wire(arm):
