@@ -131,6 +131,7 @@ class AxisTable(PlainText):
         self._name_width = name_width
         self._rows: tuple[AxisRow, ...] = ()
         self._note = ""
+        self._filled: object = None
 
     @property
     def held(self) -> str:
@@ -142,7 +143,8 @@ class AxisTable(PlainText):
     def show_axes(self, rows: Sequence[AxisRow], note: str = "") -> None:
         """Show these axes."""
         self._rows, self._note = tuple(rows), note
-        self._fill()
+        if (self._rows, self._note, self.held) != self._filled:
+            self._fill()
 
     def set_titles(self, title: str, more: str) -> None:
         """Name the panel, and say more in its lower border, or after the name if it has none."""
@@ -159,6 +161,7 @@ class AxisTable(PlainText):
         width = self.content_size.width
         if width <= 0:
             return
+        self._filled = (self._rows, self._note, self.held)
         caps, spans = self._caps_width(), list[Span]()
         for row in self._rows:
             spans += [*self._row(row, width, caps), ("\n", "")]

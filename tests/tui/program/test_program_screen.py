@@ -286,6 +286,13 @@ async def test_stepping_waits_before_each_motion_and_a_held_key_makes_one_step(a
         await session.until(lambda: len(gate.moves) == 1)
         await session.until(lambda: session.screen.run.asks)
         assert session.screen.run.line == 3
+        asks, session.screen.run.asks = session.screen.run.asks, ""
+        await session.press("right", after_s=1.0)  # held since before the program waits
+        session.screen.run.asks = asks
+        await session.press("right", after_s=0.05)
+        session.clock.now_s += 0.5
+        await session.poll()
+        assert len(gate.moves) == 1
         await session.press("right", "right", after_s=0.03)
         session.clock.now_s += 0.5
         await session.poll()

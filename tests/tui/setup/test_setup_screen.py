@@ -18,6 +18,7 @@ from armdrive.setup.survey import Report
 from armdrive.status import Current, State
 from armdrive.storage import files as places
 from armdrive.storage.files import StateFiles
+from tui.app import Job
 from tui.setup import Steps
 from tui.setup import stages as setup_new
 from tui.setup.motors import MotorsStage
@@ -349,6 +350,13 @@ async def test_a_key_that_is_held_turns_once_and_nothing_else_turns_at_all():
             await session.press("t", after_s=0.04)
         session.clock.now_s += 0.5
         await session.settle()
+        await session.settle()
+        assert len(session.simulated.asked) == 1
+        session.stage._turning = Job(busy=True)
+        await session.press("t", after_s=1.0)  # held since before the motor stands
+        session.stage._turning = Job()
+        await session.press("t", after_s=0.05)
+        session.clock.now_s += 0.5
         await session.settle()
         assert len(session.simulated.asked) == 1
 
