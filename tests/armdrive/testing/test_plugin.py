@@ -8,7 +8,7 @@ import pytest
 from sim_bench import descend, grasp, lift, reach, spread
 
 from armdrive import Arm, NotReferenced, Pose, Stopped
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmInUse, BadRequest
 from armdrive.sim.world import World
 from armdrive.sim.world.table import IncidentKind, Stand, Table, TableBlock
 from armdrive.status import Trust
@@ -66,6 +66,8 @@ def test_the_next_program_finds_the_arm_as_the_last_one_left_it(world):
         assert arm.status.trust is Trust.RESTORED
         with pytest.raises(NotReferenced):
             arm.move_j(base_deg=0)
+        with pytest.raises(ArmInUse, match="in use by another connection"):
+            Arm.connect("bench")
     with Arm.connect("bench", allow_restored=True) as arm:
         arm.move_j(base_deg=31)
     assert world.joints.deg["base"] == pytest.approx(stood.deg["base"] + 1, abs=0.2)
