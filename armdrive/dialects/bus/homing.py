@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Generic, Protocol, TypeAlias, TypeVar
@@ -68,23 +68,23 @@ Observed = TypeVar("Observed", bound=Counting)
 class HomingSearch(Generic[Observed]):
     """The drives of one group that search for their switches, and what went wrong.
 
-    `times` are how long each drive may search.
+    `times` tell how far and for how long each drive may search.
     """
 
     def __init__(
         self,
-        ranges: Mapping[Observed, float],
+        drives: Sequence[Observed],
         tolerance: float,
         listened: ListenedTime,
-        times: Mapping[Observed, HomingTime],
+        times: HomingTimes[Observed],
     ) -> None:
-        self.left = list(ranges)
+        self.left = list(drives)
         """The drives that are still searching."""
         self.wrong = ""
         """What went wrong, in words."""
-        self._starts = {drive: drive.count for drive in ranges}
-        self._most = {drive: OVERTRAVEL * each + tolerance for drive, each in ranges.items()}
-        self._listened, self._began_s, self._times = listened, listened.s, times
+        self._starts = {drive: drive.count for drive in drives}
+        self._tolerance, self._times = tolerance, times
+        self._listened, self._began_s = listened, listened.s
 
     def note(self, drive: Observed, status: HomingStatus) -> None:
         """Record what a drive reports. A search that has left the motor's range has failed."""
@@ -93,14 +93,14 @@ class HomingSearch(Generic[Observed]):
             self.left.remove(drive)
         elif status is HomingStatus.FAILED:
             self.wrong = self.wrong or f"{drive} did not find its switch or stop"
-        elif travel > self._most[drive]:
+        elif travel > OVERTRAVEL * self._times.ranges[drive] + self._tolerance:
             self.wrong = self.wrong or f"{drive} found no switch within its joints' limits"
 
     @property
     def over(self) -> bool:
         """Whether all have found their switches, or one never will."""
         for drive in self.left:
-            time, searched_s = self._times[drive], self._listened.s - self._began_s
+            time, searched_s = self._times.time(drive), self._listened.s - self._began_s
             if searched_s > time.waited_s:
                 words = f"{drive} found no switch in time, after {searched_s:.0f} s{time.remedy}"
                 self.wrong = self.wrong or words
@@ -133,11 +133,13 @@ class HomingEstimate:
 class HomingTimes(Generic[D]):
     """How fast drives home, and how long at most, as far as they report it.
 
-    `assumed` is the time of a drive that does not.
+    `ranges` are how far each drive's motor turns between its joints' limits, and `assumed` is the
+    time of a drive that reports nothing.
     """
 
-    def __init__(self, drives: Sequence[D], assumed: HomingTime) -> None:
+    def __init__(self, drives: Sequence[D], ranges: Sequence[float], assumed: HomingTime) -> None:
         self._drives, self._assumed = drives, assumed
+        self.ranges = dict(zip(drives, ranges, strict=False))
         self._found: dict[D, tuple[float, float]] = {}
 
     def note(self, drive: D, rate_hz: float, lasts_s: float) -> None:

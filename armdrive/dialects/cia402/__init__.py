@@ -2,7 +2,7 @@
 
 Read in this order, after `dialects.bus`:
 
-    controller   what the engine uses: requests, frames, events, the bounds of stops
+    controller   what the engine uses: the script of each request, frames, the bounds of stops
     drives       one drive: what it has reported, and what can be wrong with it
     exchange     what scripts work with: the drives, their cycles by SYNC, the heartbeat
     transfers    reading and writing objects of several drives by SDO, for motions and surveys

@@ -1,6 +1,6 @@
 """The controller of CiA 402 drives on a CANopen bus: requests to frames, frames to events.
 
-    a request   `Cia402Requests` carries it out
+    a request   `carry_out` runs its script
     bytes       the codec decodes events, `Cia402Exchange.note` records all of them, then the script
                 continues with that state
     a stop      `stop_asked` is set; a motion ends its cycle and stops every drive
@@ -30,7 +30,7 @@ from armdrive.dialects.cia402.contact import (
 )
 from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
 from armdrive.dialects.cia402.exchange import Cia402Exchange
-from armdrive.dialects.cia402.homing import Cia402Homing
+from armdrive.dialects.cia402.homing import home, read_speeds
 from armdrive.dialects.cia402.measuring import measure_units
 from armdrive.dialects.cia402.motion import burst, stream
 from armdrive.dialects.cia402.settings import TOP_HZ, Cia402Settings, DriveLimits
@@ -69,87 +69,81 @@ MIN_HZ = 1.0
 ROUNDING = 2.0
 
 
-class Cia402Requests:
-    """Carries out the requests of one arm; obstacles are raised as `Obstructed`."""
+def carry_out(io: Cia402Exchange, config: ArmConfig, request: Request) -> Script[Reply]:
+    """Carry out a request; the first one makes contact with the drives before it."""
+    for _ in range(2):
+        try:
+            reply = yield from _attempt(io, config, request)
+            break
+        except Obstructed as obstructed:
+            reply = obstructed.reply
+        if not any(drive.dropped_out for drive in io.drives):
+            break  # else they missed a heartbeat at rest, and then the question: ask again
+    for drive in io.drives:
+        if drive.state in FAULTS and not drive.alerted:
+            yield from io.explain(drive)
+    io.report_troubles()
+    return reply
 
-    def __init__(self, io: Cia402Exchange, config: ArmConfig) -> None:
-        self._io, self._arm, self._homes = io, config.name, config.homing is not None
-        self.homing = Cia402Homing(io)
 
-    def carry_out(self, request: Request) -> Script[Reply]:
-        """Carry out a request; the first one makes contact with the drives before it."""
-        io = self._io
-        for _ in range(2):
-            try:
-                reply = yield from self._attempt(request)
-                break
-            except Obstructed as obstructed:
-                reply = obstructed.reply
-            if not any(drive.dropped_out for drive in io.drives):
-                break  # else they missed a heartbeat at rest, and then the question: ask again
-        for drive in io.drives:
-            if drive.state in FAULTS and not drive.alerted:
-                yield from io.explain(drive)
-        io.report_troubles()
-        return reply
+def _attempt(io: Cia402Exchange, config: ArmConfig, request: Request) -> Script[Reply]:
+    """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
+    _require_unbroken(io, request)
+    if not io.contacted:
+        yield from connect(io)
+        if config.homing is not None:
+            yield from read_speeds(io, io.drives)
+    if isinstance(request, MoveBy | MoveAlong | HomeDevice):
+        _require_units(io, config.name)
+    match request:
+        case MoveBy(steps, rate_hz, released):
+            script = burst(io, steps, rate_hz, released)
+        case MoveAlong():
+            script = stream(io, request)
+        case HomeDevice(groups):
+            script = home(io, groups)
+        case MeasureUnits(motor, steps):
+            script = measure_units(io, io.drives[motor], steps)
+        case ReadPosition():
+            script = read(io)
+        case ReadSettings():
+            script = compare(io)
+        case FixSetting(line):
+            script = fix(io, line)
+        case SwitchOn():
+            script = enable(io)
+        case DropCurrent():
+            script = disable(io)
+        case _:
+            script = reset(io)
+    return (yield from script)
 
-    def _attempt(self, request: Request) -> Script[Reply]:
-        """Make contact if necessary, and carry out a request. Raises `Obstructed`."""
-        io = self._io
-        self._require_unbroken(request)
-        if not io.contacted:
-            yield from connect(io)
-            if self._homes:
-                yield from self.homing.read_speeds(io.drives)
-        if isinstance(request, MoveBy | MoveAlong | HomeDevice):
-            self._require_units()
-        match request:
-            case MoveBy(steps, rate_hz, released):
-                script = burst(io, steps, rate_hz, released)
-            case MoveAlong():
-                script = stream(io, request)
-            case HomeDevice(groups):
-                script = self.homing.home(groups)
-            case MeasureUnits(motor, steps):
-                script = measure_units(io, io.drives[motor], steps)
-            case ReadPosition():
-                script = read(io)
-            case ReadSettings():
-                script = compare(io)
-            case FixSetting(line):
-                script = fix(io, line)
-            case SwitchOn():
-                script = enable(io)
-            case DropCurrent():
-                script = disable(io)
-            case _:
-                script = reset(io)
-        return (yield from script)
 
-    def _require_unbroken(self, request: Request) -> None:
-        """Raise `Obstructed` if a motion goes on with this request although a drive left it.
+def _require_unbroken(io: Cia402Exchange, request: Request) -> None:
+    """Raise `Obstructed` if a motion goes on with this request although a drive left it.
 
-        Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
-        two groups that home. So only a request that moves nothing takes them back: at rest, the
-        next reading of the positions, but none midway through a motion.
-        """
-        moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
-        goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
-        for drive in self._io.drives:
-            if goes_on and self._io.on and drive.dropped_out:
-                alert = Trouble.STOPPED.alert(drive)
-                self._io.alarm(alert, drive)
-                raise Obstructed(alert.text)
+    Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
+    two groups that home. So only a request that moves nothing takes them back: at rest, the
+    next reading of the positions, but none midway through a motion.
+    """
+    moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
+    goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
+    for drive in io.drives:
+        if goes_on and io.on and drive.dropped_out:
+            alert = Trouble.STOPPED.alert(drive)
+            io.alarm(alert, drive)
+            raise Obstructed(alert.text)
 
-    def _require_units(self) -> None:
-        """Raise `Obstructed` for a drive whose unit of speed is unknown: it might turn too fast."""
-        for drive in self._io.drives:
-            if not drive.speed_unit_hz:
-                measure = command_line("can", "setup", self._arm)
-                raise Obstructed(
-                    f"{drive} does not report its unit of speed (object 60A9): `{measure}` "
-                    "measures it, or write cia402.speed_units as its manual says"
-                )
+
+def _require_units(io: Cia402Exchange, arm: str) -> None:
+    """Raise `Obstructed` for a drive whose unit of speed is unknown: it might turn too fast."""
+    for drive in io.drives:
+        if not drive.speed_unit_hz:
+            measure = command_line("can", "setup", arm)
+            raise Obstructed(
+                f"{drive} does not report its unit of speed (object 60A9): `{measure}` "
+                "measures it, or write cia402.speed_units as its manual says"
+            )
 
 
 class Cia402Controller(ScriptRunner[HostEvent]):
@@ -165,7 +159,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
         order_s = (settings.heartbeat_timeout_ms - settings.heartbeat_period_ms) / 1000.0
         self._exchange = io = Cia402Exchange(settings, limits, motors.names, self.unsolicited)
         super().__init__(replace(abilities, motors=motors.count, order_s=order_s), io.host, io)
-        self._requests = Cia402Requests(io, config)
+        self._config = config
         self._choose()
 
     # -- requests -----------------------------------------------------------------------------
@@ -176,7 +170,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
             raise Refused(f"CiA 402 drives do not support {type(request).__name__}")
         self.give_up()
         self._exchange.began_s = self.io.now_s
-        reply = yield from self._requests.carry_out(request)
+        reply = yield from carry_out(self._exchange, self._config, request)
         self._choose()
         return reply
 
@@ -287,7 +281,7 @@ class Cia402Controller(ScriptRunner[HostEvent]):
 
     def search(self, request: HomeDevice) -> Search:
         """Bound the drives' own homing: by their heartbeat watch, else by their searches."""
-        found = self._requests.homing.times.estimate(request.groups)
+        found = self._exchange.homing.estimate(request.groups)
         if not self._exchange.watches:
             return Search(found.longest.s, lasts=found.lasts)
         ramp_s, silent_s = self.limits.quick_stop_s(found.rate_hz), self._unwatched_s

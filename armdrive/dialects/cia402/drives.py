@@ -110,6 +110,8 @@ class Cia402Drive:
     turn: float = 0.0
     """Increments of a turn of its motor; 0 if that is unknown."""
 
+    homing_method: int | None = None
+    """How it homes (6098); None if it does not report that."""
     fresh: bool = False
     """Whether it was held where it was found, and not ordered since."""
     _still_at: int = 0

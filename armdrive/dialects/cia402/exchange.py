@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable, Collection, Iterable
 
 from armdrive.dialects.bus.drives import ALL_SILENT, LAST_TRY_S, absence, shared_words
+from armdrive.dialects.bus.homing import HomingTimes
 from armdrive.dialects.cia402.drives import Cia402Drive, Trouble
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings, DriveLimits
 from armdrive.dialects.cia402.transfers import Jobs, ObjectTransfers, ReadObjects, Script
+from armdrive.dialects.controller import HomingTime
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.tasks import (
     Alert,
@@ -81,6 +83,8 @@ class Cia402Exchange(ScriptIO[HostEvent]):
             Cia402Drive(node, name, motor, settings.position_window)
             for motor, (node, name) in enumerate(zip(settings.ids, names, strict=True))
         )
+        assumed = HomingTime(settings.homing_s, "cia402.homing_s")
+        self.homing = HomingTimes(self.drives, limits.ranges, assumed)
         self.by_node = {drive.node: drive for drive in self.drives}
         self.host = canopen.Host(settings.ids)
         self.transfers = ObjectTransfers(self, self.host, settings.answer_s)

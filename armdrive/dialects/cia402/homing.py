@@ -12,7 +12,6 @@ from armdrive.dialects.bus.homing import (
     Groups,
     HomingSearch,
     HomingStatus,
-    HomingTimes,
     home_in_groups,
 )
 from armdrive.dialects.cia402.drives import Cia402Drive
@@ -21,7 +20,7 @@ from armdrive.dialects.cia402.motion import Outcome, lead, prepare
 from armdrive.dialects.cia402.objects import homing_words
 from armdrive.dialects.cia402.states import hold
 from armdrive.dialects.cia402.transfers import Script
-from armdrive.dialects.controller import OVERTRAVEL, HomingTime
+from armdrive.dialects.controller import OVERTRAVEL
 from armdrive.tasks import Done, Reply, RequestRejected
 from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode, Write
@@ -67,70 +66,56 @@ class HomingSpeeds:
         return search_s + beyond / self.creep_hz + 3.0 * self.ramp_s
 
 
-class Cia402Homing:
-    """Lets drives home themselves, one group after the other."""
+def home(io: Cia402Exchange, groups: Groups) -> Script[Reply]:
+    """Home group after group."""
+    yield from prepare(io, io.resting_mode)
+    return (yield from home_in_groups(groups, io.drives, lambda group: _home_group(io, group)))
 
-    def __init__(self, io: Cia402Exchange) -> None:
-        self._io = io
-        self._values: dict[Cia402Drive, Mapping[canopen.Place, int]] = {}
-        """Each drive's `HOMING_OBJECTS`, as far as it reports them or they were written."""
-        self.times = HomingTimes(io.drives, HomingTime(io.settings.homing_s, "cia402.homing_s"))
 
-    def home(self, groups: Groups) -> Script[Reply]:
-        """Home group after group."""
-        yield from prepare(self._io, self._io.resting_mode)
-        return (yield from home_in_groups(groups, self._io.drives, self._home_group))
-
-    def _home_group(self, group: Sequence[Cia402Drive]) -> Script[Reply]:
-        io = self._io
-        yield from io.put({drive: self._writes(drive) for drive in group})
-        yield from self.read_speeds(group)
-        yield from hold(io, OperationMode.HOMING, group)
-        io.last_command = "HOME"
-        ranges = {drive: io.limits.ranges[drive.motor] for drive in group}
-        times = {drive: self.times.time(drive) for drive in group}
-        search = HomingSearch(ranges, 1.0, io.listened, times)
-        reply = yield from lead(io, None, *_searching(io, search, group))
-        if isinstance(reply, Done):
-            for drive in group:
-                drive.order(drive.count)
-            yield from hold(io, io.resting_mode, group)
-        if isinstance(reply, RequestRejected) and not reply.silent:
-            return replace(reply, reason=f"{reply.reason}{self._searched(group)}")
-        return reply
-
-    def _searched(self, group: Sequence[Cia402Drive]) -> str:
-        """Return how drives search, to be appended; empty if none reports its method."""
-        methods = {drive: self._values.get(drive, {}).get(canopen.HOMING_METHOD) for drive in group}
-        return "".join(
-            f"; homing method (6098) of {drive}: {homing_words(method)}"
-            for drive, method in methods.items()
-            if method is not None
+def _home_group(io: Cia402Exchange, group: Sequence[Cia402Drive]) -> Script[Reply]:
+    yield from io.put({drive: _writes(io, drive) for drive in group})
+    yield from read_speeds(io, group)
+    yield from hold(io, OperationMode.HOMING, group)
+    io.last_command = "HOME"
+    search = HomingSearch(group, 1.0, io.listened, io.homing)
+    reply = yield from lead(io, None, *_searching(io, search, group))
+    if isinstance(reply, Done):
+        for drive in group:
+            drive.order(drive.count)
+        yield from hold(io, io.resting_mode, group)
+    if isinstance(reply, RequestRejected) and not reply.silent:
+        searched = "".join(
+            f"; homing method (6098) of {drive}: {homing_words(drive.homing_method)}"
+            for drive in group
+            if drive.homing_method is not None
         )
+        return replace(reply, reason=f"{reply.reason}{searched}")
+    return reply
 
-    def _writes(self, drive: Cia402Drive) -> tuple[Write, ...]:
-        """Return the objects that define a drive's search, as far as the arm file states them."""
-        settings, writes = self._io.settings, []
-        if settings.homing_methods:
-            method = settings.homing_methods[drive.motor]
-            writes.append(Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
-        places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
-        for place, speed in zip(places, settings.homing_speeds, strict=True):
-            if speed:
-                writes.append(Write(place, canopen.DataType.U32, drive.speed(speed)))
-        return tuple(writes)
 
-    def read_speeds(self, group: Sequence[Cia402Drive]) -> Script[None]:
-        """Learn how fast drives will home, from those that report it and whose units are known."""
-        known = [drive for drive in group if drive.speed_unit_hz]
-        for result in (yield from self._io.obtain(dict.fromkeys(known, HOMING_OBJECTS))):
-            written = {each.place: each.value for each in self._writes(result.drive)}
-            values = self._values[result.drive] = {**result.values, **written}
-            speeds, motor = _speeds_of(result.drive, values), result.drive.motor
-            self.times.forget(result.drive)
-            if speeds is not None:
-                lasts_s = speeds.lasts_s(self._io.limits.ranges[motor])
-                self.times.note(result.drive, speeds.fastest_hz, lasts_s)
+def _writes(io: Cia402Exchange, drive: Cia402Drive) -> tuple[Write, ...]:
+    """Return the objects that define a drive's search, as far as the arm file states them."""
+    settings, writes = io.settings, []
+    if settings.homing_methods:
+        method = settings.homing_methods[drive.motor]
+        writes.append(Write(canopen.HOMING_METHOD, canopen.DataType.I8, method))
+    places = (canopen.HOMING_SPEED, canopen.HOMING_CREEP)
+    for place, speed in zip(places, settings.homing_speeds, strict=True):
+        if speed:
+            writes.append(Write(place, canopen.DataType.U32, drive.speed(speed)))
+    return tuple(writes)
+
+
+def read_speeds(io: Cia402Exchange, group: Sequence[Cia402Drive]) -> Script[None]:
+    """Learn how fast drives will home, from those that report it and whose units are known."""
+    known = [drive for drive in group if drive.speed_unit_hz]
+    for result in (yield from io.obtain(dict.fromkeys(known, HOMING_OBJECTS))):
+        drive = result.drive
+        values = result.values | {each.place: each.value for each in _writes(io, drive)}
+        drive.homing_method = values.get(canopen.HOMING_METHOD)
+        io.homing.forget(drive)
+        if (speeds := _speeds_of(drive, values)) is not None:
+            io.homing.note(drive, speeds.fastest_hz, speeds.lasts_s(io.homing.ranges[drive]))
 
 
 def _searching(

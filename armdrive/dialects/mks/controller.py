@@ -30,7 +30,7 @@ from armdrive.dialects.mks.contact import (
     reset,
 )
 from armdrive.dialects.mks.exchange import MksExchange, Script
-from armdrive.dialects.mks.homing import HOMING_SLOPE, MksHoming
+from armdrive.dialects.mks.homing import HOMING_SLOPE, home, read_speeds
 from armdrive.dialects.mks.motion import (
     along,
     burst,
@@ -68,9 +68,9 @@ class MksController(ScriptRunner[Event]):
         self.settings = settings
         self._slope = slope_of(settings.acceleration)
         self._fastest_hz = min(motors.fastest_hz, _TOP_HZ)
-        self._exchange = io = MksExchange(settings, motors.names, self._fastest_hz / self._slope)
+        ramp_s = self._fastest_hz / self._slope
+        self._exchange = io = MksExchange(settings, motors.names, ramp_s, motors.ranges)
         super().__init__(replace(abilities, motors=motors.count), io.host, io)
-        self._homing = MksHoming(io, motors.ranges)
         self._choose()
 
     def _choose(self) -> None:
@@ -104,7 +104,7 @@ class MksController(ScriptRunner[Event]):
         if not io.connected:
             yield from connect(io)
             self._choose()
-            yield from self._homing.read_speeds(io.drives)
+            yield from read_speeds(io, io.drives)
         match request:
             case MoveBy(steps, rate_hz, released) if not self.abilities.queued_segments:
                 script = burst(io, steps, rate_hz, released)
@@ -114,7 +114,7 @@ class MksController(ScriptRunner[Event]):
             case MoveAlong():
                 script = along(io, request)
             case HomeDevice(groups):
-                script = self._homing.home(groups)
+                script = home(io, groups)
             case ReadPosition():
                 script = read(io)
             case ReadSettings():
@@ -176,7 +176,7 @@ class MksController(ScriptRunner[Event]):
 
         A drive that does not report its speed may go on for all the time that the arm file allows.
         """
-        found = self._homing.times.estimate(request.groups)
+        found = self._exchange.homing.estimate(request.groups)
         rate_hz, is_known = found.rate_hz, math.isfinite(found.rate_hz)
         brakes_s = rate_hz / HOMING_SLOPE if is_known else 0.0
         if not (is_known and self.watched):

@@ -11,6 +11,8 @@ from collections.abc import Collection, Generator, Iterable, Mapping, Sequence
 from typing import TypeAlias, TypeVar
 
 from armdrive.dialects.bus.drives import ALL_SILENT, LAST_TRY_S, SURPLUS_LIMIT, absence
+from armdrive.dialects.bus.homing import HomingTimes
+from armdrive.dialects.controller import HomingTime
 from armdrive.dialects.exchange import TRIES, Obstructed, ScriptIO
 from armdrive.dialects.exchange import Script as ExchangeScript
 from armdrive.dialects.mks.drive import MksDrive, setting_of
@@ -97,7 +99,13 @@ class MksExchange(ScriptIO[Event]):
 
     look_at = ALL_SILENT
 
-    def __init__(self, settings: MksSettings, names: Iterable[str], ramp_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        settings: MksSettings,
+        names: Iterable[str],
+        ramp_s: float = 0.0,
+        ranges: Sequence[float] = (),
+    ) -> None:
         super().__init__(self.unsolicited)
         self.host = Host(settings.ids)
         self.settings, self.ramp_s = settings, ramp_s
@@ -105,6 +113,8 @@ class MksExchange(ScriptIO[Event]):
         named = zip(settings.ids, names, strict=True)
         self.drives = tuple(MksDrive(node, name, settings) for node, name in named)
         """All drives, in motor order."""
+        assumed = HomingTime(settings.homing_s, "mks.homing_s")
+        self.homing = HomingTimes(self.drives, ranges, assumed)
         self._by_id = {drive.node: drive for drive in self.drives}
         self.able = abilities_of(settings.version or LATEST)
         """The abilities that all drives have, as far as is known."""
