@@ -306,7 +306,7 @@ def drives(monkeypatch):
             return clock.now_s
 
     def connect(config):
-        return parts.connect_simulated(config, twin=twin, pace=SimulatedPace(clock))
+        return parts.connect_simulated(config, twin=twin, pace=clock)
 
     monkeypatch.setattr(twin.link, "close", lambda: None)
     monkeypatch.setattr(parts, "connect_real", connect)
