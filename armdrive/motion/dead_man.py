@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 REPEAT_WITHIN_S = 0.75  # the longest usual repeat delay: a repeat within it means held
 
-# A hold ends three repeat intervals after the latest repeat, within these two bounds (`hold_s`).
+# A hold ends three repeat intervals after the latest repeat, within these two bounds.
 HOLD_SHORTEST_S = 0.12
 HOLD_LONGEST_S = 0.25
 HOLD_INTERVALS = 3.0
@@ -48,11 +48,6 @@ BACKLOG_REASON = (
 
 _INTERVALS_TO_TRUST = 3
 _INTERVALS_KEPT = 8
-
-
-def hold_s(interval_s: float) -> float:
-    """Return how long a hold lasts after the latest repeat, given the interval between repeats."""
-    return min(max(HOLD_INTERVALS * interval_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,7 +215,8 @@ class DeadMan:
         """Return how long to wait for the next repeat; a mean needs a few intervals."""
         if len(self._intervals) < _INTERVALS_TO_TRUST:
             return HOLD_LONGEST_S
-        return hold_s(sum(self._intervals) / len(self._intervals))
+        interval_s = sum(self._intervals) / len(self._intervals)
+        return min(max(HOLD_INTERVALS * interval_s, HOLD_SHORTEST_S), HOLD_LONGEST_S)
 
     def _let_go(self) -> tuple[Action, ...]:
         """Clear key, hold and waiting events; return the release of the held key."""

@@ -95,32 +95,28 @@ class SimulatedClock:
     def __init__(self, now_s: float = 0.0) -> None:
         self.lock = threading.RLock()
         self.now_s = checked_number("now_s", now_s)
-        self._engines: tuple[Engine, ...] = ()
+        self.engines: tuple[Engine, ...] = ()
+        """The engines on this clock, in the order in which they were added."""
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.now_s:g})"
 
-    @property
-    def engines(self) -> tuple[Engine, ...]:
-        """The engines on this clock, in the order in which they were added."""
-        return self._engines
-
     def add(self, engine: Engine) -> None:
         """Put an engine on this clock."""
         with self.lock:
-            self._engines = (*self._engines, engine)
+            self.engines = (*self.engines, engine)
 
     def remove(self, engine: Engine) -> None:
         """Take an engine off this clock."""
         with self.lock:
-            self._engines = tuple(each for each in self._engines if each is not engine)
+            self.engines = tuple(each for each in self.engines if each is not engine)
 
     def advance(self) -> float:
         """Advance every engine to the present time; return the earliest of their deadlines."""
         now_s = self.now_s
-        if len(self._engines) == 1:
-            return self._engines[0].advance(now_s)
-        return min([engine.advance(now_s) for engine in self._engines], default=math.inf)
+        if len(self.engines) == 1:
+            return self.engines[0].advance(now_s)
+        return min([engine.advance(now_s) for engine in self.engines], default=math.inf)
 
     def wait(self, done: Callable[[], bool], end_s: float, there: Callable[[], bool]) -> bool:
         """Jump from deadline to deadline until `done()`, and return True.
