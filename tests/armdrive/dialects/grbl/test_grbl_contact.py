@@ -106,7 +106,7 @@ def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(gripper, h
     firmware = "grblhal" if opens.startswith("M6") else "mega5x"
     made = config(gripper=kind, device=device)
     arm, before = left(made, [opens + "\n", half], firmware=firmware)
-    arm.sleep(3.0)
+    arm.sleep(6.0)  # the fingers take four seconds to close
     assert now(arm) == before
     assert before[1] == pytest.approx(76.0, abs=1.0)
 

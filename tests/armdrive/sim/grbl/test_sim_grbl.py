@@ -698,6 +698,10 @@ def test_a_gripper_on_an_output_takes_its_time(kind, device, shut, half, wide):
         assert world.opening_mm == pytest.approx(before)
         bench.wait(abs(before - opening_mm) / speed)
         assert world.opening_mm == pytest.approx(opening_mm)
+    if kind == "servo":
+        before = world.opening_mm
+        bench.say("M5", 9.0)  # without a signal, a servo stays
+        assert world.opening_mm == before
 
 
 def test_outputs_wait_for_the_motion_before_them_and_show():
