@@ -329,7 +329,14 @@ def test_a_truncated_run_is_replayed_from_the_first_read_counts(dialect, tmp_pat
     assert recording.entries[-1].time_s > kept_s
 
 
-def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
+def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path, monkeypatch):
+    placed, place = [], replaying.ReplayBench.place
+
+    def noted(bench, registers, position):
+        placed.append(tuple(position))
+        place(bench, registers, position)
+
+    monkeypatch.setattr(replaying.ReplayBench, "place", noted)
     config = simulated_config("teachmover")
     twin = simulate(config)
     memory = RecordFile(state_file(config.name))
@@ -349,3 +356,4 @@ def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
     replayed = replay(recording)
     assert replayed.divergence is None
     assert replayed.notes == ()
+    assert placed == [tuple(twin.world.motors)]
