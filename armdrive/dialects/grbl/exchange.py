@@ -43,7 +43,7 @@ REPORT_TIMEOUT_S = 0.25
 POLL_S = 0.05
 # Timeout for the banner after a reset; a board that stops its motors waits 0.26 s first.
 BANNER_TIMEOUT_S = 1.5
-# A reset in motion is sent once more after this.
+# A reset in motion that is not answered within this time is sent once more.
 RESET_AGAIN_S = 0.02
 # Completes whatever is in the board's input line, a half line or a stray character, so that every
 # board refuses it. The first bracket ends a comment. GRBL refuses the second one, which is not a
@@ -269,7 +269,7 @@ class GrblExchange:
 
         `board.aborted` records whether that ended a motion. If the board does not answer at all,
         only a `patient` caller tries again. `moving` means that the board may be in motion and must
-        stop soon: a lost reset is repeated at once.
+        stop soon, even if one reset is lost.
         """
         board = self.board
         board.aborted = False
@@ -297,10 +297,11 @@ class GrblExchange:
     def _reset(self, *, moving: bool, then: Realtime | None = None) -> Script[HostEvent, bool]:
         """Send the reset and wait for the banner; return False if none arrives.
 
-        A board in motion must stop soon, so it is sent a second reset at once unless it answers: a
-        byte may be lost. A second reset during the first has no effect (gnea/grbl
-        grbl/motion_control.c). A board at rest gets nothing else: if its button was pressed, a byte
-        could end its boot loader early, and its greeting would come as soon as after our own reset.
+        A board in motion must stop soon, and the reset may be lost. So it is sent once more unless
+        the board answers with its alarm or its banner. If the first one arrived, the second has no
+        effect (gnea/grbl grbl/motion_control.c), or the board restarts again (`board.AGAIN_S`).
+        A board at rest gets no second one: if its button was pressed, a byte could end its boot
+        loader early, and its greeting would come as soon as after our own reset.
         """
         self._send_reset(moving)
         if then is not None:

@@ -261,6 +261,33 @@ def test_a_jog_that_is_let_go_while_a_line_is_on_its_way_ends_in_time(firmware):
     assert arm.status.trust is Trust.REFERENCED
 
 
+def test_an_emergency_stop_before_the_first_report_of_motion_is_repeated_in_time():
+    for later_s in (0.0, 0.02, 0.04):
+        arm = ready()
+        begin_planned(arm)
+        while len(arm.twin.link.motions) < 1:
+            arm.sleep(0.001)
+        arm.sleep(later_s)
+        lose(arm, RESET)
+        stops_as_announced(arm, arm.estop)
+
+
+@pytest.mark.parametrize(
+    ("begin", "firmware", "resets"), [*zip(BEGINNINGS, FIRMWARES, [2, 2, 1, 1], strict=True)]
+)
+def test_an_emergency_stop_is_sent_twice_to_a_board_that_does_not_answer_it_soon(
+    begin, firmware, resets
+):
+    """GRBL and grbl-Mega-5X answer only after the time in $1."""
+    arm = ready(firmware=firmware)
+    begin(arm)
+    arm.sleep(0.06)
+    arm.estop()
+    arm.sleep(2.5)
+    assert arm.twin.link.pressed(RESET) == resets
+    assert "emergency stop" in arm.status.error
+
+
 # -- Pauses: a segment already drawn is not sent ---------------------------------------------------
 
 GOAL = {"base_deg": 18.0, "shoulder_deg": 52.0}
