@@ -66,7 +66,6 @@ from firmware_protocol.robko01.messages import decode_request, encode_answer
 from kinematics.spaces import Motors
 
 BAUD = 115_200
-STANDSTILL = (0,) * AXES
 
 # --- The firmware's frame reader, with its faults ------------------------------------------------
 # The codec's `Device` finds every valid frame. The firmware's reader does not, and the driver has
@@ -230,8 +229,9 @@ class RobkoDrive(MotorDrive[UncoordinatedRack]):
     def move_by(self, axes: Axes, now_s: float) -> None:
         """Move every axis by a distance: operation 6."""
         here = self.rack.positions(now_s)
-        for axis, steps in enumerate(axes.positions_steps):
-            self.rack.move_to(axis, here[axis] + steps, axes.speeds_steps_s[axis], now_s)
+        ways = zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
+        for axis, (steps, speed) in enumerate(ways):
+            self.rack.move_to(axis, here[axis] + steps, speed / self._stretch, now_s)
 
     def move_to(self, axes: Axes, now_s: float) -> None:
         """Send every axis to its goal: operation 7."""
@@ -420,7 +420,7 @@ class SimRobkoBoard(Board):
             case Disable():
                 self._switch(False, now_s)
             case Clear():
-                self.drive.set_counts(STANDSTILL, now_s)
+                self.drive.set_counts((0,) * AXES, now_s)
 
     def _switch(self, on: bool, now_s: float) -> None:
         self.enabled = on

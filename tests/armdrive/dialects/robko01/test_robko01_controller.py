@@ -301,6 +301,14 @@ class TestWatchdog:
         arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.REFERENCED
 
+    def test_a_lost_ping_does_not_let_the_arm_sag(self):
+        arm = ready_robko(WATCHED, **WATCHDOG)
+        arm.twin.link.to.append(Rule(of(Op.PING), lost))
+        arm.sleep(3.0)
+        assert not arm.twin.link.to[0].times
+        assert arm.twin.board.enabled
+        assert arm.status.trust is Trust.REFERENCED
+
     def test_it_is_fed_no_more_once_the_motors_are_off(self):
         arm = ready_robko(WATCHED, **WATCHDOG)
         arm.disable()
