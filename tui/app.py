@@ -22,24 +22,23 @@ import contextlib
 import math
 import os
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Protocol, TypeVar, cast
+from typing import Protocol, TypeVar, runtime_checkable
 
 from textual import _time, actions, events, on
 from textual._callback import invoke
 from textual.actions import ActionParseResult, SkipAction
-from textual.app import App, ComposeResult
-from textual.containers import Container, VerticalScroll
+from textual.app import App
+from textual.containers import VerticalScroll
 from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.errors import NoWidget
 from textual.filter import Monochrome
 from textual.message import Message
-from textual.screen import ModalScreen, Screen
+from textual.screen import ModalScreen
 from textual.timer import Timer
-from textual.widget import Widget
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.printable import in_words
@@ -52,7 +51,7 @@ from tui.keys.table import STOP, TABLE, DeskKey, JogPair
 from tui.safety import StopButton
 from tui.settings import COLOURLESS, HIGH_CONTRAST, LOOKS
 from tui.terminal import PlainLetters, lasting_driver
-from tui.widgets import KeyLine, PlainText, TypedText, text_of
+from tui.widgets import TypedText
 
 Answer = TypeVar("Answer")
 Found = TypeVar("Found")
@@ -302,61 +301,12 @@ class Calls:
         return job
 
 
-class FramedScreen(Screen[None]):
-    """A screen: a head, its own middle, a message, and the line of keys. Nothing has the focus.
-
-    `show` is called at each poll while it is the current screen, once it is laid out.
-    """
-
-    AUTO_FOCUS = ""
-    place: ClassVar[str] = ""
-    """The id of its rows in the table of keys."""
-
-    laid_out = False
-
-    def compose(self) -> ComposeResult:
-        """Lay out what every screen has around its own middle."""
-        yield from self.compose_head()
-        with Container(id="body"):
-            yield from self.compose_body()
-        yield PlainText(id="messages")
-        yield KeyLine(id="footer")
-
-    def compose_head(self) -> Iterable[Widget]:
-        """Lay out what stands above the middle."""
-        raise NotImplementedError
-
-    def compose_body(self) -> ComposeResult:
-        """Lay out the middle of the screen."""
-        raise NotImplementedError
+@runtime_checkable
+class ShowingScreen(Protocol):
+    """A screen that shows what its app knows."""
 
     def show(self) -> None:
-        """Show what has changed."""
-        raise NotImplementedError
-
-    @on(events.Mount)
-    @on(events.Resize)
-    @on(events.ScreenResume)
-    def _show_soon(self) -> None:
-        """Refresh the screen, fitted to the size."""
-        self.laid_out = True
-        self.call_after_refresh(cast("KeyApp", self.app).poll)
-
-    def fill_frame(self, message: str, rows: Sequence[DeskKey]) -> None:
-        """Show the message and the line of keys."""
-        self.text("messages").show(message)
-        footer = self.query_one("#footer", KeyLine)
-        footer.show_keys(rows, footer.content_size.width)
-
-    def text(self, name: str) -> PlainText:
-        """Return one of the screen's texts."""
-        return text_of(self, name)
-
-    def show_panel(self, name: str, text: str) -> None:
-        """Show a text in its panel; hide the panel while there is none."""
-        panel = self.text(name)
-        panel.show(text)
-        panel.display = bool(text)
+        """Show what has changed; called at each poll while it is the current screen."""
 
 
 class KeyApp(App[int], inherit_bindings=False):
@@ -420,15 +370,12 @@ class KeyApp(App[int], inherit_bindings=False):
         self.message = message
         self.show()
 
-    def poll(self) -> None:
-        """Look for what has changed, and show it."""
-        self.show()
-
     def show(self) -> None:
         """Show what has changed on the current screen; dialogs may lie above it."""
         if self.is_running and self.screen_stack:  # else the screens are already being removed
             screen = self.screen_stack[0]
-            if isinstance(screen, FramedScreen) and screen.laid_out and screen.is_attached:
+            laid_out = screen.is_mounted and screen.is_attached
+            if laid_out and isinstance(screen, ShowingScreen):
                 screen.show()
 
     def put_on(self, look: str) -> None:

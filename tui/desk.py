@@ -21,13 +21,12 @@ from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
 
-from textual import events
+from textual import events, on
 from textual.actions import ActionParseResult
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import Screen
-from textual.widget import Widget
 
 from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest
@@ -35,7 +34,7 @@ from armdrive.moves import ParkMove
 from armdrive.render.canvas import draws_braille
 from armdrive.render.scene import Moment
 from armdrive.status import IMMOBILE, IN_MOTION, State, Status, Trust
-from tui.app import POLL_S, FramedScreen, KeyApp, Outcome
+from tui.app import POLL_S, KeyApp, Outcome
 from tui.arm_view import SpaceView
 from tui.dialogs import PostureScreen, commands, first_dialog
 from tui.jog.jogging import STOPPED, DeskJogging
@@ -68,7 +67,7 @@ from tui.safety import (
 )
 from tui.settings import DeskSettings, memory_file
 from tui.terminal import KeyUp, forget_a_closed_terminal, on_ending_signals
-from tui.widgets import ScreenTabs
+from tui.widgets import PlainText, ScreenTabs, fill_frame, framed, show_panel, text_of
 
 _SIGNAL_EXIT = 128  # as a shell reports the signal that ended a program
 
@@ -283,8 +282,12 @@ class ArmControl:
         desk.open_dialog(dialog, answered)
 
 
-class DeskScreen(FramedScreen):
-    """One screen of the desk; `place` is the id of its row in `SCREENS`."""
+class DeskScreen(Screen[None]):
+    """One screen of the desk. At first no widget has the focus."""
+
+    AUTO_FOCUS = ""
+    place: ClassVar[str] = ""
+    """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
 
     go: ClassVar[str] = "go"
     """The row of what the screen is for, which is offered first."""
@@ -329,10 +332,15 @@ class DeskScreen(FramedScreen):
         if self.hand is not None:
             self.hand.disarm(reason)
 
-    def compose_head(self) -> Iterable[Widget]:
-        """Lay out the tabs and the safety panel."""
+    def compose(self) -> ComposeResult:
+        """Lay out what every screen has around its own middle."""
         keys = self.desk.keys
-        return (ScreenTabs(self.place, keys), SafetyPanel(keys))
+        head = (ScreenTabs(self.place, keys), SafetyPanel(keys))
+        yield from framed(head, self.compose_body())
+
+    def compose_body(self) -> ComposeResult:
+        """Lay out the middle of the screen."""
+        raise NotImplementedError
 
     def arm_panel(self) -> ComposeResult:
         """Lay out the panel in which the arm is drawn."""
@@ -347,6 +355,13 @@ class DeskScreen(FramedScreen):
                 clock=desk.clock,
                 id="space",
             )
+
+    @on(events.Mount)
+    @on(events.Resize)
+    @on(events.ScreenResume)
+    def _show_soon(self) -> None:
+        """Refresh the screen, fitted to the size."""
+        self.call_after_refresh(self.desk.poll)
 
     def on_screen_suspend(self) -> None:
         """Disarm the keys behind a dialog or another screen."""
@@ -377,7 +392,7 @@ class DeskScreen(FramedScreen):
         if lost:
             message = f"{without_link(status)}\n{message}".strip()
         rows = desk.keys.next_keys(self.place, self._idle, self.first_keys(status))
-        self.fill_frame(message or self.hint + self._more, rows)
+        fill_frame(self, message or self.hint + self._more, rows)
         self.show_body(status)
 
     @property
@@ -424,6 +439,14 @@ class DeskScreen(FramedScreen):
 
     def show_body(self, status: Status) -> None:
         """Show this status in the middle of the screen."""
+
+    def show_panel(self, name: str, text: str) -> None:
+        """Show a text in its panel; hide the panel while there is none."""
+        show_panel(self, name, text)
+
+    def text(self, name: str) -> PlainText:
+        """Return one of the screen's texts."""
+        return text_of(self, name)
 
 
 def _made(place: str) -> DeskScreen:

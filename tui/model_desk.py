@@ -10,10 +10,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.widget import Widget
+from textual.screen import Screen
 
 from armdrive.render.canvas import draws_braille
 from armdrive.render.figure import ChainFigure, DrawnChain
@@ -24,13 +25,13 @@ from kinematics.textbook.stepping import coordinates_of, step_axis, step_joint
 from kinematics.textbook.study import Study, Subject, example_posture, study
 from kinematics.textbook.systems.named import frame_coordinates
 from kinematics.textbook.worked_example import measures, sections
-from tui.app import FramedScreen, KeyApp
+from tui.app import KeyApp
 from tui.arm_view import SpaceView
 from tui.axes import DEGREE, NAME_WIDTH, AxisRow, AxisTable
 from tui.keys.keyboard import DEFAULT_KEYS, MODEL, Keyboard, bindings
 from tui.keys.table import STOP, VIEW_KEYS, JogPair, pairs_of, spoken
 from tui.settings import INCREMENTS, memory_file, neighbour, recall
-from tui.widgets import PlainText, Span
+from tui.widgets import PlainText, Span, fill_frame, framed, text_of
 
 # The keyboard of a model: the rows of the desk's table that make sense with no arm.
 
@@ -153,9 +154,10 @@ class ModelHand:
 NO_ARM = "MODEL ONLY: no arm is connected"
 
 
-class ModelScreen(FramedScreen):
+class ModelScreen(Screen[None]):
     """A model, its worked example, and the keys that move it."""
 
+    AUTO_FOCUS = ""
     place = MODEL
     BINDINGS: ClassVar[list[BindingType]] = bindings(MODEL)
 
@@ -172,12 +174,8 @@ class ModelScreen(FramedScreen):
         """The app that the screen belongs to."""
         return cast("ModelDesk", self.app)
 
-    def compose_head(self) -> Iterable[Widget]:
-        """Lay out the title."""
-        return (PlainText(id="title"),)
-
-    def compose_body(self) -> ComposeResult:
-        """Lay the middle out: the model on the left, its worked example on the right."""
+    def compose(self) -> ComposeResult:
+        """Lay the screen out: the model on the left, its worked example on the right."""
         drawn = cast("ArmModel", DrawnChain(self._figure))  # a view asks for no more than it has
         left = Vertical(
             SpaceView(drawn, braille=self.desk.braille, id="model-space"),
@@ -186,7 +184,13 @@ class ModelScreen(FramedScreen):
             id="model-left",
         )
         example = VerticalScroll(PlainText(id="example"), id="model-right", can_focus=False)
-        yield Horizontal(left, example, id="model")
+        yield from framed([PlainText(id="title")], [Horizontal(left, example, id="model")])
+
+    @on(events.Mount)
+    @on(events.Resize)
+    def _show_soon(self) -> None:
+        """Show the model, fitted to the size."""
+        self.call_after_refresh(self.desk.show)
 
     def show(self) -> None:
         """Show the model as it stands."""
@@ -195,14 +199,14 @@ class ModelScreen(FramedScreen):
         size = f"{hand.increment:g}"
         moved = "the hand" if hand.cartesian else "joints"
         step = f"one step is {size}\N{DEGREE SIGN} or {size} mm; keys move {moved}"
-        self.text("title").show(f"{NO_ARM}. {hand.subject.title}"[:width].ljust(width))
+        text_of(self, "title").show(f"{NO_ARM}. {hand.subject.title}"[:width].ljust(width))
         message = f"{step}\n{desk.message}" if desk.message else step
-        self.fill_frame(message, desk.keys.next_keys(MODEL))
+        fill_frame(self, message, desk.keys.next_keys(MODEL))
         self.query_one(SpaceView).show(Moment(self._figure.joints(of.values)))
         self._show_axes("joints", joint_rows(of, hand), driven=not hand.cartesian)
         self._show_axes("hand", axis_rows(of, hand), driven=hand.cartesian)
-        self.text("model-summary").show(self._spoken(_summary(of)))
-        self.text("example").show(*self._example(of))
+        text_of(self, "model-summary").show(self._spoken(_summary(of)))
+        text_of(self, "example").show(*self._example(of))
 
     def _example(self, of: Study) -> Iterator[Span]:
         """Yield the worked example, section by section; words are broken, matrices fit."""

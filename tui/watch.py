@@ -17,7 +17,6 @@ from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 from textual.screen import Screen
-from textual.widget import Widget
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.errors.actions import COMMAND_LINE, presented
@@ -27,7 +26,7 @@ from armdrive.status import LABEL, STATUS_FIELDS, Current, State, Status, Trust,
 from armdrive.storage.lock_client import ask_holder, watch_holder
 from kinematics.presets import ArmModel
 from kinematics.spaces import Joints
-from tui.app import POLL_S, FramedScreen, KeyApp
+from tui.app import POLL_S, KeyApp
 from tui.arm_view import SpaceView
 from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings, keyboard_of
 from tui.keys.table import STOP
@@ -43,7 +42,7 @@ from tui.safety import (
     titled_arm,
 )
 from tui.settings import memory_file, neighbour, recall
-from tui.widgets import panels
+from tui.widgets import fill_frame, framed, panels, show_panel, text_of
 
 # What the screen says about the arm, made from the plain data of its status.
 
@@ -103,9 +102,10 @@ def percent(view: View) -> int:
 # The screen, on which nothing moves the arm, and its app.
 
 
-class WatchScreen(FramedScreen):
+class WatchScreen(Screen[None]):
     """A picture and words of what another program says of its arm."""
 
+    AUTO_FOCUS = ""
     place = "watch"
 
     @property
@@ -113,17 +113,20 @@ class WatchScreen(FramedScreen):
         """The app that the screen belongs to."""
         return cast("Watching", self.app)
 
-    def compose_head(self) -> Iterable[Widget]:
-        """Lay out the safety panel."""
-        return (SafetyPanel(self.watching.keys),)
+    def compose(self) -> ComposeResult:
+        """Lay the screen out: the arm on the left, words and numbers on the right."""
+        yield from framed([SafetyPanel(self.watching.keys)], self._body())
 
-    def compose_body(self) -> ComposeResult:
-        """Lay the middle out: the arm on the left, words and numbers on the right."""
+    def _body(self) -> ComposeResult:
         app = self.watching
         with Horizontal():
             yield SpaceView(app.model, braille=app.braille, id="space")
             with VerticalScroll(id="panels", can_focus=False):
                 yield from panels(program="Program", watched="Status")
+
+    def on_mount(self) -> None:
+        """Show what arrived before the screen was laid out."""
+        self.call_after_refresh(self.watching.poll)
 
     def show(self) -> None:
         """Show what is known, why it is no longer new, and the last message."""
@@ -148,9 +151,9 @@ class WatchScreen(FramedScreen):
         line = ""
         if program.get("line"):
             line = f"{program['line']}  {program.get('text') or program.get('act') or ''}"
-        self.show_panel("program", line)
-        self.text("watched").show(lines(view))
-        self.fill_frame(app.message, app.keys.next_keys(self.place, app.idle))
+        show_panel(self, "program", line)
+        text_of(self, "watched").show(lines(view))
+        fill_frame(self, app.message, app.keys.next_keys(self.place, app.idle))
         shown = Moment() if status is None else Moment(status.joints, status.gripper_mm)
         self.query_one(SpaceView).show(shown)
 

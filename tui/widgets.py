@@ -7,8 +7,11 @@ from itertools import accumulate
 
 from rich.cells import cell_len
 from textual import events
+from textual.app import ComposeResult
+from textual.containers import Container
 from textual.content import Content
 from textual.dom import DOMNode
+from textual.widget import Widget
 from textual.widgets import OptionList, Static
 
 from armdrive.errors.printable import printable, printable_lines
@@ -132,6 +135,13 @@ def text_of(parent: DOMNode, name: str) -> PlainText:
     return parent.query_one(f"#{name}", PlainText)
 
 
+def show_panel(parent: DOMNode, name: str, text: str) -> None:
+    """Show a text in its panel; hide the panel while there is none."""
+    panel = text_of(parent, name)
+    panel.show(text)
+    panel.display = bool(text)
+
+
 class ChoiceList(OptionList, can_focus=False):
     """A titled list. It is never focused, so no key acts on it by itself.
 
@@ -249,6 +259,22 @@ class ScreenTabs(KeyLine):
             for place, row in rows.items()
             for style in [lit if place == self.place else ""]
         )
+
+
+def framed(head: Iterable[Widget], body: Iterable[Widget]) -> ComposeResult:
+    """Lay a screen out: what stands above its middle, the middle, a message, the line of keys."""
+    yield from head
+    with Container(id="body"):
+        yield from body
+    yield PlainText(id="messages")
+    yield KeyLine(id="footer")
+
+
+def fill_frame(screen: DOMNode, message: str, rows: Sequence[DeskKey]) -> None:
+    """Show the message and the line of keys of a screen."""
+    text_of(screen, "messages").show(message)
+    footer = screen.query_one("#footer", KeyLine)
+    footer.show_keys(rows, footer.content_size.width)
 
 
 def panels(**titles: str) -> Iterator[PlainText]:

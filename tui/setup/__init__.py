@@ -144,7 +144,7 @@ class SetupScreen(DeskScreen):
         self.stage.forget()
         self.desk.confirmation.forget()
         self.stage = stage
-        if self.laid_out:
+        if self.is_mounted:
             self.query_one("#setup-panel").scroll_home(animate=False)
 
     @property
