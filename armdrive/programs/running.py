@@ -314,6 +314,8 @@ class ProgramRun:
             if not self._plan.goes_on:
                 machine.require_fingers_moved()
             self.loop += 1
+        # a stop that came too late for the last act is one all the same
+        self._performer.waits.require_no_stop()
         self.at = None
         self.took_s = self._performer.arm.parts.pace.now_s() - began_s
         return self.done

@@ -157,6 +157,15 @@ def test_a_program_runs_the_requested_number_of_loops(arm):
     assert (run.loop, run.done, run.at.mark.line) == (50, 98, 1)  # a stop between two acts
 
 
+def test_a_stop_that_the_last_act_has_outrun_ends_the_program_too(arm):
+    stopper = Listener()
+    stopper.say = lambda _: arm.request_stop()  # the act does not wait, and ends well
+    run = ProgramRun(RunPlan(Script((go(down(250, 0, 120)), Say("done")))), performer(arm, stopper))
+    with pytest.raises(Stopped):
+        run.carry_out()
+    assert (run.done, run.at.mark.line) == (2, 2)
+
+
 # -- nothing goes on by itself after a suspension -------------------------------------------------
 
 
