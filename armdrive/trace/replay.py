@@ -71,7 +71,7 @@ class ReplayBench:
     @property
     def passing_s(self) -> float:
         """Time of the latest progress report."""
-        return self._passed_s - self._own_s(0.0)
+        return self._passed_s + self._skipped_s - self.late_s
 
     def place(self, registers: Sequence[int], position: Sequence[int] | None) -> None:
         """Set the controller's registers and, if it is known, the position of the motors.
@@ -312,6 +312,7 @@ class _Replay:
     def run(self) -> Replayed:
         """Process all entries up to the first difference."""
         missing = gap(self._entries)
+        comparable = missing.stop <= len(self._entries)  # counts follow the gap, if there is one
         self._place(0)
         for index in range(len(self._entries)):
             self._index = index
@@ -324,8 +325,9 @@ class _Replay:
             if self._divergence is not None:
                 break
         else:
-            self._end()
-        if missing and missing.stop > len(self._entries):
+            if comparable:
+                self._end()
+        if not comparable:
             self._notes.append("entries are missing, and the rest cannot be compared")
         return Replayed(self._compared, self._bench.late_s, self._divergence, tuple(self._notes))
 

@@ -329,6 +329,22 @@ def test_a_truncated_run_is_replayed_from_the_first_read_counts(dialect, tmp_pat
     assert recording.entries[-1].time_s > kept_s
 
 
+def test_what_follows_missing_entries_without_counts_is_no_difference(days):
+    recording, _ = days["teachmover"]
+    at = replaying.next_counts(recording.entries, len(recording.entries) // 2) + 1
+    before, after = recording.entries[:at], recording.entries[at:]
+    last_s = after[-1].time_s
+    entries = (
+        *before,
+        TraceEntry(after[0].time_s, EntryKind.DROPPED, ""),
+        *(each for each in after if each.kind is not EntryKind.REGISTERS),
+        TraceEntry(last_s + 2.0 * replaying.GRACE_S, EntryKind.STATE, ""),
+    )
+    replayed = replay(replace(recording, entries=entries))
+    assert replayed.divergence is None
+    assert replayed.notes == ("entries are missing, and the rest cannot be compared",)
+
+
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path, monkeypatch):
     placed, place = [], replaying.ReplayBench.place
 
