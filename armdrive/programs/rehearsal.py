@@ -149,8 +149,8 @@ class Rehearser(Performer):
         return (there.values, self.outputs, scene.held, *blocks)
 
     def switch(self, inputs: set[int]) -> bool:
-        """Switch on inputs, as far as nothing is known of them; return whether any was off."""
-        fresh = inputs - self._switched
+        """Switch on inputs of which nothing is known; return whether there were any left."""
+        fresh = inputs - self._options.inputs.keys() - self._switched
         self._switched |= fresh
         return bool(fresh)
 

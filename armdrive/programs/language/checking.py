@@ -39,6 +39,7 @@ from armdrive.programs.language.syntax import (
 )
 from armdrive.programs.language.values import fewest, kind_of, out_of_bounds, slot_of
 from armdrive.programs.language.words import (
+    ANY_VALUE,
     CALLABLE,
     COMPARABLE,
     FUNCTIONS,
@@ -209,7 +210,9 @@ class _Checker:
         match value:
             case Use(name="taught", arguments=(Literal(value=str(name)) as text, *_)):
                 self._points.setdefault(name, text.mark)
-            case Name(name=name) if self._unset(name) or name.lower() in self._names.only_shifted:
+            case Name(name=name) if (
+                self._unset(name) or name.lower() in self._names.only_shifted - self._own
+            ):
                 self._points.setdefault(name, value.mark)
 
     def _unset(self, name: str) -> bool:
@@ -264,7 +267,7 @@ class _Checker:
         for value in line.arguments[: len(called.parameters)]:
             if self._kind(value) is ValueKind.TEXT:
                 self._wrong(value.mark, "a subprogram takes no text")
-            self._value(value, _ANYTHING)
+            self._value(value, ANY_VALUE)
         if len(called.parameters) != len(line.arguments):
             takes = ", ".join(called.parameters) or "nothing"
             values = counted(len(called.parameters), "value")
@@ -346,9 +349,6 @@ class _Checker:
             self._wrong(value.mark, _no_function(value.name))
         else:
             self._many(value.arguments, row.slots, value.name, value.mark, f": `{row.example}`")
-
-
-_ANYTHING = Slot("value", ValueKind.ANY)
 
 
 def _fits(kind: ValueKind, wanted: ValueKind) -> bool:

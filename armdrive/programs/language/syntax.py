@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from armdrive.programs.language.values import slot_of
 from armdrive.programs.language.words import (
+    ANY_VALUE,
     CONDITION,
     COUNT,
     NEGATIVE,
@@ -19,7 +20,6 @@ from armdrive.programs.language.words import (
     PLACE,
     WORDS,
     Slot,
-    ValueKind,
 )
 from armdrive.programs.problems import SourceMark
 
@@ -227,7 +227,7 @@ def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
     """
     match line:
         case Assign():
-            yield line.value, PLACE if line.point else _ANYTHING
+            yield line.value, PLACE if line.point else ANY_VALUE
             yield Name(line.name, mark=line.mark), NEW_NAME
         case While():
             yield line.condition, CONDITION
@@ -250,9 +250,6 @@ def slotted(line: Statement) -> Iterator[tuple[Expression, Slot]]:
                     slot = slot_of(slots, index)
                     if slot is not None:
                         yield value, slot
-
-
-_ANYTHING = Slot("value", ValueKind.ANY)
 
 
 def set_by(line: Statement) -> Iterator[Name]:

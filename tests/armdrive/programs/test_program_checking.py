@@ -164,6 +164,9 @@ def test_every_missing_point_is_named():
     assert {name: mark.line for name, mark in program.wanted.items()} == {
         "pik": 1, "tray": 2, "nowhere": 3,
     }  # fmt: skip
+    parameter = "define f(spot)\nmove spot\nend\n"
+    shifts = read_program(f"{parameter}define g()\nshift spot by 1, 0, 0\nend")
+    assert {name: mark.line for name, mark in shifts.wanted.items()} == {"spot": 5}
 
 
 def test_the_joints_of_another_arm_are_another_arms():

@@ -215,6 +215,7 @@ def test_a_loop_that_waits_for_an_input_is_left_when_the_input_comes():
     assert rehearsal.loops[0][-1].mark.line == 7
     stays_off = rehearsed(arm, text, inputs={1: False})
     assert stays_off.endless.line == 1
+    assert [str(each) for each in stays_off.assumptions] == ["line 1: input 1 is off"]
 
 
 def test_two_loops_stand_for_all_that_follow():
