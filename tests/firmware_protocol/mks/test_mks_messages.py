@@ -159,7 +159,20 @@ def test_modes_and_bitrates_tell_what_they_are():
     assert [rate.bits_s for rate in mks.Bitrate] == [125_000, 250_000, 500_000, 1_000_000]
 
 
+# as the maker's version notes say
+FIRST = {
+    mks.Ability.EMERGENCY_STOP: (1, 0, 4),
+    mks.Ability.CHOICE_OF_COMPLETION: (1, 0, 4),
+    mks.Ability.RETARGET: (1, 0, 5),
+    mks.Ability.READ_SETTINGS: (1, 0, 6),
+    mks.Ability.RAW_ENCODER: (1, 0, 6),
+    mks.Ability.SYNCHRONOUS_START: (1, 0, 8),
+    mks.Ability.SILENCE_WATCHDOG: (1, 0, 9),
+}
+
+
 def test_each_firmware_can_do_what_the_older_could():
+    assert {ability: ability.since for ability in FIRST} == FIRST
     versions = sorted({ability.since for ability in mks.Ability})
     could = mks.abilities_of((1, 0, 0))
     assert could == set()

@@ -187,6 +187,15 @@ def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, a
     assert bool(requests(bench, mks.EmergencyStop)) == (end == "hard stop")
 
 
+def test_disabled_motors_are_not_moved():
+    bench = MksBench()
+    bench.do(ReadPosition())
+    reply = bench.do(along(straight(2)))
+    assert isinstance(reply, RequestRejected)
+    assert not reply.moved
+    assert bench.positions == Motors([0] * 6)
+
+
 def test_a_target_that_cannot_be_expressed_is_refused():
     bench = MksBench(starts=(mks.TARGET_MAX - 100, 0, 0, 0, 0, 0)).ready()
     reply = bench.do(along(straight(2)))
