@@ -220,14 +220,14 @@ SETTINGS: tuple[type[Setting], ...] = get_args(Setting)
 SETTING_CODES = frozenset(setting.code for setting in SETTINGS)
 
 
-def _code_of(codes: frozenset[Code], words: str) -> Form:
-    """Return the form of a code from a set."""
+def _check_setting(field: str, value: object) -> None:
+    if value not in SETTING_CODES or not isinstance(value, Code):
+        raise BadField(field, value, "the Code of a setting")
 
-    def check(field: str, value: object) -> None:
-        if value not in codes or not isinstance(value, Code):
-            raise BadField(field, value, f"the Code of {words}")
 
-    return Form(1, check, lambda value: bytes((value,)), lambda data: Code(data[0]))
+_SettingCode: TypeAlias = Annotated[
+    Code, Form(1, _check_setting, lambda value: bytes((value,)), lambda data: Code(data[0]))
+]
 
 
 @message()
@@ -238,7 +238,7 @@ class ReadSetting(Message, code=Code.READ_SETTING, needs=Ability.READ_SETTINGS):
     requests open at once.
     """
 
-    setting: Annotated[Code, _code_of(SETTING_CODES, "a setting")]
+    setting: _SettingCode
 
 
 # -- moves ---------------------------------------------------------------------------------------

@@ -138,13 +138,13 @@ class HomingTimes(Generic[D]):
     """
 
     def __init__(self, drives: Sequence[D], ranges: Sequence[float], assumed: HomingTime) -> None:
-        self._drives, self._assumed = drives, assumed
+        self._drives, self._unknown = drives, (math.inf, assumed)
         self.ranges = dict(zip(drives, ranges, strict=False))
-        self._found: dict[D, tuple[float, float]] = {}
+        self._found: dict[D, tuple[float, HomingTime]] = {}
 
     def note(self, drive: D, rate_hz: float, lasts_s: float) -> None:
         """Record a drive's greatest speed, and how long its search lasts at most."""
-        self._found[drive] = rate_hz, lasts_s
+        self._found[drive] = rate_hz, HomingTime(lasts_s)
 
     def forget(self, drive: D) -> None:
         """Record that a drive does not report how it homes."""
@@ -152,14 +152,14 @@ class HomingTimes(Generic[D]):
 
     def time(self, drive: D) -> HomingTime:
         """Return how long a drive homes at most."""
-        return HomingTime(self._found[drive][1]) if drive in self._found else self._assumed
+        return self._found.get(drive, self._unknown)[1]
 
     def estimate(self, groups: Groups) -> HomingEstimate:
         """Return how some groups home."""
         together = homing_groups(groups, self._drives)
         times = [max(map(self.time, group)) for group in together]
-        unknown = (math.inf, 0.0)
-        rates_hz = (self._found.get(drive, unknown)[0] for group in together for drive in group)
+        drives = (drive for group in together for drive in group)
+        rates_hz = (self._found.get(drive, self._unknown)[0] for drive in drives)
         return HomingEstimate(max(rates_hz), max(times), in_turn(times))
 
 

@@ -83,11 +83,11 @@ def firmware_of(
     found = {}
     for drive in drives:
         read = answers.get(drive)
-        if not isinstance(read, VersionRead):
+        if isinstance(read, VersionRead):
+            found[drive] = Firmware(read.version, True, read.calibrated, read.board, read.e_series)
+        else:
             mode = yield from io.reading(drive, ReadSetting(Code.MODE))
             found[drive] = Firmware(OLDEST if mode is None else Ability.READ_SETTINGS.since)
-        else:
-            found[drive] = Firmware(read.version, True, read.calibrated, read.board, read.e_series)
     return found
 
 
