@@ -4,8 +4,8 @@ An answer contains a drive and a code, but not its request. So a drive has one o
 code. A newer one replaces it, and the next answer with this code is taken for its answer, even if
 it is a late one to the request before. An open request closes with its first answer.
 
-Drives confirm a new id under that id (zauberzeug/lizard), so the confirmation belongs to no
-request: ask the new id for anything.
+A drive confirms a new id under that id (zauberzeug/lizard), so its answer belongs to no request. To
+learn whether a drive has its new id, ask that id a question.
 
 The answers to motions follow no order that a host could rely on. A motion is "started", later
 "done" or "failed", or nothing more is heard of it. When a new target (F5) or a stop replaces a

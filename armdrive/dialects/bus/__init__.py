@@ -10,8 +10,9 @@ Read in this order:
 
 Both dialects have one shape: an exchange holds the drives and what is known of them, and each
 request is one script over it (`contact`, `motion`, `homing`, `compare`). The scripts themselves are
-not shared. An MKS drive tells its position when it is asked and gets speeds and targets, a CiA 402
-drive at every SYNC and gets places; each way to find a fault or an end follows from that.
+not shared. An MKS drive reports its position when it is asked, and gets speeds and targets. A CiA
+402 drive reports it at every SYNC, and gets places. How a script notices a fault, or the end of a
+motion, follows from that.
 """
 
 from __future__ import annotations
