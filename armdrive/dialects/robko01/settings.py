@@ -107,9 +107,9 @@ class Pacing:
 
         A board with a single rate always uses that rate, even if it is higher.
         """
-        wanted = min(max(rate_hz, SLOWEST_HZ), self.board.max_rate_hz)
         if not self.board.obeys_speed:
-            wanted = self.board.max_rate_hz
+            return self.board.max_rate_hz
+        wanted = min(max(rate_hz, SLOWEST_HZ), self.board.max_rate_hz)
         return 1.0 / (self._chances(wanted) * self._chance_s)
 
     def speeds(self, steps: tuple[int, ...], rate_hz: float) -> tuple[int, ...]:

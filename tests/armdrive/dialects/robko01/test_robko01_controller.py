@@ -350,7 +350,12 @@ def test_positions_are_unwrapped_across_the_seam(reported, near, position):
 # -- Pacing ----------------------------------------------------------------------------------------
 
 BOARD = st.sampled_from(
-    [*BOARDS.values(), RobkoBoard(700.0, 300.0, 0.0), RobkoBoard(75.0, 125.0, 0.008)]
+    [
+        *BOARDS.values(),
+        RobkoBoard(700.0, 300.0, 0.0),
+        RobkoBoard(75.0, 125.0, 0.008),
+        RobkoBoard(75.0, 150.0, 0.0, obeys_speed=False),
+    ]
 )
 STEPS = st.tuples(*[st.integers(-90, 90)] * 6).filter(any)
 RATES = st.one_of(st.floats(1.0, 400.0), st.sampled_from([31.25, 62.0, 62.5, 63.0, 125.0]))
@@ -407,6 +412,11 @@ def test_the_rates_of_an_avr_board_are_parts_of_125():
     wanted = [float("inf"), 124.0, 100.0, 62.0, 42.0, 0.0]
     real = [pacing.usable_hz(rate_hz) for rate_hz in wanted]
     assert real == pytest.approx([125.0, 62.5, 62.5, 125 / 3, 125 / 3, 1.0])
+
+
+def test_a_board_with_a_single_rate_is_known_to_use_it_always():
+    pacing = Pacing(RobkoBoard(75.0, 150.0, 0.0, obeys_speed=False))
+    assert [pacing.usable_hz(rate_hz) for rate_hz in (0.0, 100.0, 400.0)] == [150.0] * 3
 
 
 def meter_of(doubt: float) -> PaceMeter:
