@@ -12,9 +12,11 @@ from pathlib import Path
 
 import pytest
 from amounts import every_row
+from desk_fake import FakeArm
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from waiting import LONG_S, looks, tried
 
+from tui.desk import TURN_S, Desk, run_desk
 from tui.terminal import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
@@ -179,3 +181,18 @@ def _read_until(terminal, words):
         assert select.select([terminal], [], [], LONG_S)[0], "the desk painted nothing more"
         seen += os.read(terminal, 65536)
     return seen
+
+
+def test_a_desk_that_fails_has_asked_for_a_stop_and_gives_threads_their_usual_turns(monkeypatch):
+    arm, turns, before_s = FakeArm(), [], sys.getswitchinterval()
+
+    def run(_):
+        turns.append(sys.getswitchinterval())
+        raise ValueError("a flaw")
+
+    monkeypatch.setattr(Desk, "run", run)
+    with pytest.raises(ValueError, match="a flaw"):
+        run_desk(arm)
+    assert turns == [pytest.approx(TURN_S)]
+    assert sys.getswitchinterval() == before_s
+    assert arm.asked("stop")
