@@ -69,7 +69,7 @@ class MotionContext:
         self.core = core
         self.looked_s = -math.inf
         """Time of the latest reading of the registers."""
-        self.deviation_mm = 0.0
+        self.deviation_mm = self.slow_s = self.total_s = 0.0
 
     @property
     def now_s(self) -> float:
@@ -312,6 +312,7 @@ class MotionContext:
         core.position.stands()
         reply = yield from self.driven(request)
         self.deviation_mm = max(self.deviation_mm, course.deviation_mm)
+        self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):
             yield from self._ended(reply, course.passes)
             return False
@@ -457,7 +458,8 @@ class StreamedCourse:
 
     A pause ends the segments. `exhausted` is true if the whole way was drawn before that, and
     `left` is the rest of a segment that the pause has interrupted. A way of `LONGEST_STILL_S`
-    without a step ends them too: then the caller waits for `still_s`, and goes on.
+    without a step ends them too: then the caller waits for `still_s`, and goes on. `slow_s` of the
+    `total_s` of motion are slower than the device can turn its motors without stopping in between.
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
@@ -466,7 +468,9 @@ class StreamedCourse:
         self.exhausted = False
         self.still_s = 0.0
         self.deviation_mm = 0.0
+        self.slow_s = self.total_s = 0.0
         self._core = core
+        self._slowest_hz = core.controller.usable_rate_hz(0.0)
         self._ways = ways
         self._low = self._high = self._at = core.position.acknowledged
         self._before = core.position.commanded
@@ -491,6 +495,7 @@ class StreamedCourse:
                 waited_s += duration_s
                 if waited_s > LONGEST_STILL_S:
                     self.still_s = waited_s
+                    self.slow_s, self.total_s = self.slow_s + waited_s, self.total_s + waited_s
                     return
                 continue
             duration_s, waited_s = duration_s + waited_s, 0.0
@@ -509,6 +514,8 @@ class StreamedCourse:
             beside_mm = deviation_mm(core.config, here, lags(steps, found[0].steps))
             self.deviation_mm = max(self.deviation_mm, beside_mm)
         for index, piece in enumerate(found):
+            self.total_s += piece.duration_s
+            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
             self._before, self._pending = core.position.commanded, found[index:]
             core.position.sends(piece.steps)
             yield piece

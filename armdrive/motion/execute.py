@@ -169,7 +169,8 @@ def follow(context: MotionContext, plan: MotionPlan) -> TaskBody[Moved]:
         yield from context.verify()
     if context.stopping and core.position.coordinates != plan.end:
         raise context.stopped("the motion was stopped before its goal")
-    return replace(report(context, plan.end, began_s, bursts_before), note=plan.note)
+    moved = report(context, plan.end, began_s, bursts_before)
+    return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
 
 
 @contextmanager
@@ -187,7 +188,7 @@ def in_motion(context: MotionContext, *, or_homing: bool = False) -> Iterator[No
         if context.stopping:
             raise context.stopped("the motion was stopped before it began")
         core.happen(Event.MOVE)
-        context.deviation_mm = 0.0
+        context.deviation_mm = context.slow_s = context.total_s = 0.0
     believed = core.belief
     core.withdraw()
     try:
@@ -218,6 +219,18 @@ def report(
         context.now_s - began_s,
         context.engine.requests_sent - requests_before,
         context.deviation_mm,
+        _slow_note(context),
+    )
+
+
+def _slow_note(context: MotionContext) -> str:
+    """Return a note if most of a streamed motion was too slow to be driven without stops."""
+    if context.slow_s <= context.total_s / 2.0:
+        return ""
+    slowest_hz = context.core.controller.usable_rate_hz(0.0)
+    return (
+        "driven with stops: armdrive turns a motor of this controller no slower than "
+        f"{slowest_hz:.1f} steps/s"
     )
 
 

@@ -103,15 +103,40 @@ def test_a_queue_that_runs_empty_in_mid_motion_is_counted_and_shown():
     assert slow_s > 1.5 * quick_s
 
 
-def test_a_motion_too_slow_for_the_board_takes_its_time():
+def test_a_motion_too_slow_for_the_board_takes_its_time_and_is_reported():
     arm = ready()
     slow = arm.move_j(base_deg=4, speed=0.02)  # 79 steps at 8.3 a second
     assert slow.duration_s == pytest.approx(math.radians(4) / (0.37 * 0.02), rel=0.05)
+    assert "no slower than 30.5 steps/s" in slow.note
+    assert not arm.move_j(base_deg=8, speed=0.3).note
     arm.move_j(base_deg=OVER_THE_TABLE.deg["base"] + 0.3, speed=0.01)
     assert arm.status.underruns == 0  # between single steps it stands anyway
 
 
+def test_fluidnc_turns_too_fast_for_a_slow_motion_and_waits_between_its_portions():
+    arm = ready(firmware="fluidnc")
+    speed = 20.0 / arm.parts.core.controller.limits.rates_hz()[0]
+    handle = arm.move_j(base_deg=arm.joints.deg["base"] + 10, speed=speed, wait=False)
+    arm.sleep(0.5)
+    before, began_s = arm.twin.world.motors[0], arm.status.time_s
+    arm.sleep(3.0)
+    made = abs(arm.twin.world.motors[0] - before)
+    assert made / (arm.status.time_s - began_s) == pytest.approx(20.0, abs=2.0)
+    handle.wait()
+    assert arm.status.underruns == 0
+    assert standing_as_said(arm)
+
+
 # -- Stops -----------------------------------------------------------------------------------------
+
+
+def test_a_stop_of_an_arm_that_stands_sends_nothing():
+    arm = ready()
+    arm.stop()
+    arm.sleep(1.0)
+    assert not arm.twin.link.pressed(HOLD)
+    assert not arm.twin.link.pressed(RESET)
+    arm.move_j(base_deg=3)
 
 
 def test_a_stop_just_as_the_motion_ends_leaves_no_hold_behind():
