@@ -348,9 +348,9 @@ def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference:
 
 
 def _lines(path: Path) -> list[str]:
-    """Return the lines of a log; none if it cannot be read."""
+    """Return the lines of a log; none if there is no log yet. Raises `OSError`."""
     try:
         data = DISK.read(path, 10 * LONGEST_LOG)
-    except OSError:
+    except FileNotFoundError:
         return []
     return data.decode("utf-8", errors="replace")[-LONGEST_LOG:].splitlines()

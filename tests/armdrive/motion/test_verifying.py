@@ -24,6 +24,7 @@ from armdrive.motion.resolve import park_pose
 from armdrive.moves import JogMove
 from armdrive.registry import DIALECTS, simulate
 from armdrive.status import Evidence, State, Trust
+from armdrive.storage.files import StateFiles
 from armdrive.storage.record import RecordFile, logbook_file
 from armdrive.tasks import Alert, AlertKind
 from kinematics import Joints, Motors, preset
@@ -229,6 +230,18 @@ def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
     found = arm.reference.verify(accept=True)
     assert "the logbook could not be written" in found.note
     assert found.accepted
+
+
+def test_a_log_that_cannot_be_read_is_left_as_it_is(tmp_path, monkeypatch):
+    def damaged(*_: object):
+        raise OSError(5, "Input/output error")
+
+    arm = drifted(tmp_path / "log")
+    arm.reference.verify(accept=True)
+    before = (tmp_path / "log").read_bytes()
+    monkeypatch.setattr(StateFiles, "read", damaged)
+    assert "the logbook could not be written: Input/output error" in arm.reference.verify().note
+    assert (tmp_path / "log").read_bytes() == before
 
 
 # -- Faults ----------------------------------------------------------------------------------------

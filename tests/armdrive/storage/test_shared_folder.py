@@ -79,6 +79,16 @@ def test_two_writers_of_one_file_never_write_into_the_same(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_file_that_was_there_is_never_written_into(tmp_path, monkeypatch):
+    monkeypatch.setattr("armdrive.storage.files.os.urandom", bytes)
+    there = tmp_path / f"file.{'00' * 8}.new"
+    there.write_text("another's")
+    with pytest.raises(FileExistsError):
+        replace_durably(DISK, tmp_path / "file", b"text")
+    assert there.read_text() == "another's"
+    assert list(tmp_path.iterdir()) == [there]
+
+
 def test_a_pipe_is_not_waited_for(tmp_path, state):
     points = Points(tmp_path / "points", "bench", ("base",), lambda joints: None, lambda: None)
     for path in (state / "record", points.path, arm_files._default_path()):
