@@ -146,7 +146,7 @@ def held(times_s: Sequence[float], *, tmux: bool = False) -> Held:
             actions = switch.press("held", time_s)
             ends += [time_s for each in actions if isinstance(each, Release | Disarm)]
     last_s = times_s[-1]
-    after = [end_s - last_s for end_s in ends if end_s >= last_s]
+    after = [end_s - last_s for end_s in ends if end_s > last_s]
     released_s = after[0] if after else None
     return Held(len(times_s), gaps[0], median(gaps[1:]), released_s, len(ends) - len(after), tmux)
 

@@ -47,6 +47,7 @@ def test_usual_keyboards_hold(rate_hz):
 
 
 HEAPS = [max(at, 2.0) if 1.0 < at <= 2.0 else at for at in press(30)]
+BACKLOG = [0.0, *(0.4 + each * 0.004 for each in range(7))]  # so fast only at its last event
 GAP = [at for at in press(30) if not 1.0 < at < 1.4]
 
 
@@ -57,6 +58,7 @@ GAP = [at for at in press(30) if not 1.0 < at < 1.4]
         (press(6, lasts_s=5.0), True, "faster repeat"),
         (HEAPS, False, "bursts"),
         (GAP, False, "ended the jog"),
+        (BACKLOG, False, "bursts"),
         ([0.0], False, "single increments"),
         ([0.0, 0.4, 0.5], False, "hold the key longer"),
         ([], False, "did not repeat"),
