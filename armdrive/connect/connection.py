@@ -62,9 +62,10 @@ class ArmConnection:
     def status(self) -> Status:
         """A frozen snapshot of the arm."""
         with self.pace.lock:
-            jitter = self.pace.lateness
             return self.core.status(
-                self.engine, simulated=self._simulated, scheduling_jitter=jitter
+                self.engine,
+                simulated=self._simulated,
+                scheduling_jitter=self.pace.scheduling_jitter,
             )
 
     @property

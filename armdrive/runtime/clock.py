@@ -190,7 +190,7 @@ class Pace(Protocol):
     """Calls an engine as time passes. Hold `lock` while using anything that the engine owns."""
 
     lock: threading.RLock
-    lateness: SchedulingJitter
+    scheduling_jitter: SchedulingJitter
 
     @property
     def real_time(self) -> bool:
@@ -220,7 +220,7 @@ class SimulatedPace:
     def __init__(self, clock: SimulatedClock | None = None) -> None:
         self.clock = clock or SimulatedClock()
         self.lock = self.clock.lock
-        self.lateness = NEVER_WOKEN
+        self.scheduling_jitter = NEVER_WOKEN
         self._engine: Engine | None = None
 
     def now_s(self) -> float:
@@ -275,7 +275,7 @@ class RealPace:
     def __init__(self, *, speed: float = 1.0) -> None:
         """Create a pace; `speed` makes an in-process simulated arm's clock run faster."""
         self.lock = threading.RLock()
-        self.lateness = NEVER_WOKEN
+        self.scheduling_jitter = NEVER_WOKEN
         self._speed = speed
         self._mark = _Mark(0.0, time.monotonic())
         self._waiting: list[threading.Lock] = []
@@ -400,7 +400,7 @@ class RealPace:
         engine.link.wait(pause_s)
         late_s = time.monotonic() - due_s
         if 0.0 <= late_s <= SUSPENDED_S:  # earlier: data arrived; later: a suspension
-            self.lateness = self.lateness.after(late_s)
+            self.scheduling_jitter = self.scheduling_jitter.after(late_s)
 
 
 # The argument `pace=` of a connection.

@@ -50,7 +50,8 @@ _MARK = "\ufeff"
 # A dotted key that nests too many tables. tomllib takes the square of their number in time, and
 # more, so such a key is refused before it is parsed.
 _DEEP_KEY = re.compile(
-    r"""(?m)(?:^|[\[{,])[ \t]*+(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){40}"""
+    r"""(?m)(?:^|[\[{,])[ \t]*+(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+)"""
+    f"{{{DEEPEST}}}"
 )
 
 # Makes the error of a caller's kind from its sentence: usually the class itself.

@@ -195,6 +195,17 @@ def test_a_slowed_motion_has_its_timeout_at_full_speed(dialect):
 
 
 @two_kinds
+def test_a_motion_that_is_slowed_under_way_is_given_its_time(dialect):
+    arm = standing(dialect)
+    handle, began_s = arm.move_j(base_deg=40.0, wait=False), arm.status.time_s
+    handle._timeout_s = 3.0
+    device = arm.twin.device
+    device.at(device.now_s + 0.3, lambda: setattr(arm, "speed_override", 0.1))
+    handle.wait()
+    assert arm.status.time_s - began_s > 4.0
+
+
+@two_kinds
 def test_an_override_holds_for_held_jogs(dialect):
     arm = standing(dialect)
     arm.speed_override = 0.1
