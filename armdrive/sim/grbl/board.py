@@ -154,8 +154,12 @@ class StatusReporter:
         """Return when a report is due; infinity if none is, or none can be sent."""
         if not self.asked:
             return math.inf
-        silent = board.booting.active or (board.critical and board.firmware.mute_in_critical)
-        return math.inf if silent else max(self._free_s, board.now_s)
+        firmware = board.firmware
+        silent = board.booting.active or (board.critical and firmware.mute_in_critical)
+        homing = board.state is State.HOME and board.main_loop.executing
+        if silent or (firmware.silent_in_homing and homing):
+            return math.inf
+        return max(self._free_s, board.now_s)
 
     def report(self, board: GrblBoard) -> StatusReport:
         """Return the report for this moment."""
@@ -238,10 +242,11 @@ class MotionCycle:
     """Starts the motion of the queued lines, ends it, and knows what follows once it has ended.
 
     `stands`: a hold is complete. `cancelling`: the motion is braked, and its lines are dropped at
-    the end. `hangs`: at the end the board stops reading lines.
+    the end; `cancels` counts how often. `hangs`: at the end the board stops reading lines.
     """
 
     def __init__(self) -> None:
+        self.cancels = 0
         self.forget()
 
     def forget(self) -> None:
@@ -263,7 +268,8 @@ class MotionCycle:
         """Slow down and drop the planned lines; lines not read yet run afterwards."""
         if not self.cancelling:
             self.cancelling = True
-            board.drive.brake(board.now_s)
+            self.cancels += 1
+            board.drive.brake(board.now_s, board.firmware.cancel_keeps)
 
     def kill(self, board: GrblBoard) -> None:
         """Stop dead."""
@@ -351,10 +357,10 @@ class MainLoop:
         board.limits.plan(board)
 
     def drop_line(self, board: GrblBoard) -> None:
-        """Abandon the line being executed, and answer it with ok, as the 8-bit boards do."""
+        """Abandon the line being executed; most firmware answers it with ok."""
         if self._line.active:
             self._line.end()
-            if board.codec.unanswered:
+            if board.codec.unanswered and board.firmware.answers_dropped:
                 board.say(Ok())
 
     def _fetch(self, board: GrblBoard) -> bool:
@@ -374,7 +380,8 @@ class UnreadCommands:
     """The real-time commands that wait for the board to read them; most boards do so at once.
 
     Observed on FluidNC: while it executes a line it reads them late, and while it waits at a switch
-    in homing not at all. Then it first starts the next motion and fills its segment buffer.
+    in homing not at all. Then it first starts the next motion and fills its segment buffer, and
+    `waited` says that the commands being obeyed come after that.
     """
 
     def __init__(self) -> None:
@@ -383,6 +390,7 @@ class UnreadCommands:
     def forget(self) -> None:
         """Drop them."""
         self.due_s = math.inf
+        self.waited = False
         self._commands: list[Realtime] = []
 
     def put(self, board: GrblBoard, command: Realtime) -> None:
@@ -390,21 +398,22 @@ class UnreadCommands:
         late_s = board.firmware.reads_every_s if board.main_loop.executing else 0.0
         self.due_s = min(self.due_s, board.now_s + late_s)
         self._commands.append(command)
-        self.obey(board)
 
     def obey(self, board: GrblBoard) -> None:
         """Obey all of them, if the board reads them now."""
         executing = board.main_loop.executing
         if not self._commands or (executing and board.now_s < self.due_s):
             return
-        waits = board.state is State.HOME and board.main_loop.pauses
-        if waits and board.firmware.reads_every_s > 0.0:
+        polls = board.firmware.reads_every_s > 0.0
+        if polls and board.state is State.HOME and board.main_loop.pauses:
             fills = board.firmware.stepping
             self.due_s = board.main_loop.due_s(board) + fills.segments * fills.compute_s
+            self.waited = True
             return
         commands, self._commands, self.due_s = self._commands, [], math.inf
         for command in commands:
             board.routines.order(board, command)
+        self.waited = False
 
 
 # --- The board ------------------------------------------------------------------------------------
@@ -543,6 +552,7 @@ class GrblBoard(Board):
         for piece in pieces(data):
             if isinstance(piece, Realtime):
                 self.unread.put(self, piece)
+                self.unread.obey(self)
             else:
                 self._put(piece)
         self.main_loop.run(self)

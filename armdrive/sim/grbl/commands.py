@@ -48,6 +48,7 @@ def home(board: GrblBoard, axis: int) -> Steps:
     feed, pause_s = settings[keys.HOMING_FEED] / MINUTE_S, settings[keys.DEBOUNCE_MS] / 1000
     leave = feed if firmware.backs_off_at_feed else seek
     for search, rate in ((far, seek), (LOCATE * back, feed)):
+        _count_from_zero(board, axis)
         while not board.switches.pressed(axis):
             if search <= 0.0:
                 return AlarmNumber.NOT_FOUND
@@ -57,6 +58,7 @@ def home(board: GrblBoard, axis: int) -> Steps:
             yield from _go(board, axis, way, rate)
             search -= way
         yield board.now_s + pause_s
+        _count_from_zero(board, axis)
         yield from _go(board, axis, -back, leave)
         if board.switches.pressed(axis):
             return AlarmNumber.STILL_PRESSED
@@ -84,6 +86,14 @@ def _go(board: GrblBoard, axis: int, units: float, rate: float) -> Waits:
     board.drive.queue_to(target, rate, board.now_s)
     while board.drive.rack.waiting:
         yield math.inf
+
+
+def _count_from_zero(board: GrblBoard, axis: int) -> None:
+    """Begin a motion of homing, for which most firmware counts from zero."""
+    if board.firmware.homing_counts:
+        counts = list(board.drive.counts)
+        counts[axis] = 0
+        board.drive.set_axes(counts, board.now_s)
 
 
 def _homed_at(board: GrblBoard, axis: int) -> float:

@@ -178,6 +178,10 @@ class Firmware:
     """Whether a reset out of a hold leaves the line that has been fetched meanwhile: it is carried
     out after the banner. Observed on FluidNC (Protocol.cpp, activeLine): it moved the arm.
     """
+    answers_dropped: bool = True
+    """Whether a reset answers the line being executed with ok. Observed: not on FluidNC, and not on
+    grblHAL if homing fails or is reset.
+    """
     wakes_with_alarm: bool = False
     """Whether a reset out of sleep raises ALARM:3. Observed on FluidNC."""
 
@@ -212,6 +216,8 @@ class Firmware:
     """Whether a board with homing starts locked. Observed: not grblHAL. With bit 2 of $22 it raises
     ALARM:11 and refuses `$X` with error 46, which is not built in here.
     """
+    homing_counts: bool = True
+    """Whether each motion of homing counts from zero. Observed on the Mega, and so in grblHAL."""
     sticks_in_homing: bool = True
     """Whether `$H` with an axis that the build refuses (error 3) leaves the board in Home until a
     reset. Observed on the Mega with two axes, and on the 328p, which refuses every single axis.
@@ -233,6 +239,10 @@ class Firmware:
     """The states in which a jog cancel clears the ring. Observed on the Mega: five of eight lines
     were answered.
     """
+    cancel_keeps: int | None = None
+    """How many of the computed segments a jog cancel lets run; all if None. Observed on grblHAL:
+    at 31 steps/s the last step comes 0.07 to 0.14 s after 0x85, and 0.43 to 0.46 s after `!`.
+    """
     cancel_hangs_s: float = 0.23e-3
     """A cancel that comes so shortly before the end of a jog leaves the board in Idle without
     reading lines. Observed: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a
@@ -250,6 +260,10 @@ class Firmware:
     mute_in_critical: bool = True
     """Whether `?` is unanswered after a limit alarm until the reset. Observed: not on the Mega, in
     the version of 4 January 2021 and later.
+    """
+    silent_in_homing: bool = True
+    """Whether `?` is unanswered while homing is under way. Observed on grblHAL, which sends one
+    report as homing begins. Bit 12 of its $10 enables more; neither is built in here.
     """
 
     # settings
@@ -308,6 +322,7 @@ _FIRMWARES = (
         boot_s=0.5,
         killed=Killed.NEVER,
         resets_kept=1,
+        answers_dropped=False,
         homing_value=3.0,
         single_axis_bits=2,
         checks_limits=False,
@@ -315,6 +330,7 @@ _FIRMWARES = (
         homing_locks=False,
         holds_jogs=False,
         cancel_clears_in=tuple(State),
+        cancel_keeps=2,
         cancel_hangs_s=0.15e-3,
         resume_unhangs=False,
         report_bits=_EVERYTHING,
@@ -337,9 +353,11 @@ _FIRMWARES = (
         killed=Killed.RUNS_ON,
         resets_kept=50,
         keeps_line=True,
+        answers_dropped=False,
         wakes_with_alarm=True,
         checks_limits=False,
         limit_locks=False,
+        homing_counts=False,
         sticks_in_homing=False,
         backs_off_at_feed=True,
         homes_at=0.0,
@@ -348,6 +366,7 @@ _FIRMWARES = (
         cancel_hangs_s=0.0,
         resume_unhangs=False,
         mute_in_critical=False,
+        silent_in_homing=False,
         paths=SettingPaths(
             numbers=MappingProxyType(
                 {

@@ -270,10 +270,10 @@ class BoardDrive(MotorDrive[PathRack]):
             return not self.moving
         return False
 
-    def brake(self, now_s: float) -> None:
-        """Brake along the path to a standstill, after all segments already computed."""
+    def brake(self, now_s: float, keep: int | None = None) -> None:
+        """Brake along the path to a standstill, after all segments already computed or `keep`."""
         self.follow(now_s)
-        self.rack.hold(now_s)
+        self.rack.hold(now_s, keep=keep)
 
     def queued(self, now_s: float) -> int:
         """Return how many lines wait; a line whose last segment is computed no longer does."""

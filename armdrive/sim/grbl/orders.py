@@ -47,6 +47,8 @@ from firmware_protocol.grbl import (
 PARSE_S, PLAN_S = 0.35e-3, 0.85e-3
 # How long a restart takes: from a soft reset, or the end of its alarm, to the banner.
 RESTART_S = 5e-3
+# A planned line that a jog cancel removed; it is answered with ok.
+_CANCELLED = -1
 
 
 def run_line(board: GrblBoard, line: LineReceived) -> Script:
@@ -88,7 +90,9 @@ def _block(board: GrblBoard, block: Block) -> Steps:
         yield from _serve(board, block, modes)
     if block.axes:
         target = _target(board, block, modes)
-        yield from _move(board, target, modes, jog=block.jog)
+        code = yield from _move(board, target, modes, jog=block.jog)
+        if code:
+            return max(code, 0)
         board.position = target
     board.modal = after
     return 0
@@ -136,14 +140,17 @@ def _serve(board: GrblBoard, block: Block, modes: Modal) -> Waits:
     board.fingers.follow_output(board.now_s)
 
 
-def _move(board: GrblBoard, target: tuple[float, ...], modes: Modal, *, jog: bool) -> Waits:
+def _move(board: GrblBoard, target: tuple[float, ...], modes: Modal, *, jog: bool) -> Steps:
     """Queue a line as soon as there is room.
 
-    A jog cancel removes planned lines. A line that was read but not yet planned runs afterwards, to
-    the target computed before the cancel.
+    A jog cancel removes lines that are planned or being planned. A line that was read but not yet
+    planned runs afterwards, to the target computed before the cancel.
     """
     yield from until_room(board)
+    cancels = board.cycle.cancels
     yield board.now_s + PLAN_S
+    if board.cycle.cancels > cancels:
+        return _CANCELLED
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines arrive
@@ -151,6 +158,7 @@ def _move(board: GrblBoard, target: tuple[float, ...], modes: Modal, *, jog: boo
     board.drive.queue_to(target, rate, board.now_s)
     if jog and board.state is State.IDLE and rack.waiting:
         board.cycle.start(board, State.JOG)
+    return 0
 
 
 # --- Real-time commands, alarms, and how the board restarts ---------------------------------------
@@ -219,7 +227,9 @@ def soft_reset(board: GrblBoard) -> None:
         code = AlarmNumber.UNHOMED
     elif board.main_loop.hung and not board.firmware.resume_unhangs:
         code = AlarmNumber.RESET_IN_MOTION
-    runs_on = board.firmware.killed is Killed.RUNS_ON and board.drive.moving
+    # observed on FluidNC: it starts a motion of homing that is about to start after the reset
+    runs_on = board.state is State.HOME and board.unread.waited
+    runs_on |= code == AlarmNumber.RESET_IN_MOTION and board.firmware.killed is Killed.RUNS_ON
     if not runs_on:
         board.cycle.kill(board)
     board.booting.begin(_restarted(board, code, runs_on=runs_on), board.now_s)

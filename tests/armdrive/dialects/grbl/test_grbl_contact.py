@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 from amounts import each_value
-from faults import OVER_THE_TABLE, Rule, becoming, garbled, instead
+from faults import OVER_THE_TABLE, Rule, becoming, garbled, instead, lost
 from grbl_arm import (
     FIRMWARES,
     Disturbed,
@@ -19,7 +19,7 @@ from grbl_arm import (
 
 from armdrive import Arm, Jog
 from armdrive.connect.parts import assemble, connect_simulated
-from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer
+from armdrive.errors import DeviceFault, NoAnswer, PendantStop, Refused, SettingsDiffer
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedPace
 from armdrive.sim.mechanics.motors import SwitchState
@@ -138,6 +138,16 @@ def test_a_board_asleep_is_woken_by_connecting_and_moves_nothing():
     again = Arm(connect_simulated(arm.config, twin=twin))
     assert again.status.state is State.STANDBY
     assert twin.world.motors == before
+
+
+def test_a_board_that_never_answers_is_reported():
+    made = config()
+    twin = simulate(made)
+    link = Disturbed(twin.link)
+    link.to.append(Rule(b"", lost, times=1e9))
+    with pytest.raises(NoAnswer, match="switched on"):
+        connect_simulated(made, twin=replace(twin, link=link))
+    assert not link.motions
 
 
 @each_value("firmware, letters", FIRMWARES, ["XYZABC", "XZYBA", "XYZAC"])
@@ -346,6 +356,16 @@ def test_a_greeting_of_a_silent_board_during_its_reset_makes_it_suspect():
     assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.SUSPECT)
 
 
+def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
+    arm = at_zeros()
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.1)
+    arm.twin.board.reset()
+    with pytest.raises(NoAnswer):
+        arm.stop()
+    assert arm.status.trust is Trust.SUSPECT
+
+
 # -- Settings --------------------------------------------------------------------------------------
 
 
@@ -433,6 +453,13 @@ def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():
     arm = over(Rule(rb"\$100=", becoming(lambda line: line.replace(b"$100", b"$10", 1))))
     assert arm.parts.core.differences == ()
     arm.jog_j(base_deg=1.0)
+
+
+def test_releasing_the_motors_of_a_grblhal_board_that_must_not_sleep_is_refused():
+    arm = ready(firmware="grblhal")
+    arm.twin.board.settings.values[62] = 0.0
+    with pytest.raises(DeviceFault, match=r"`\$SLP`.*error 3"):
+        arm.disable()
 
 
 # -- Outputs ---------------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from amounts import amount, in_pairs
+from amounts import amount, each_value, in_pairs
 from backlash_bench import arm_with_play, off_steps
 from faults import OVER_THE_TABLE, Rule, late_by, lost
 from grbl_arm import (
@@ -211,8 +211,9 @@ def test_a_stop_is_no_later_than_announced_at_any_speed(firmware, speed, jogging
     assert standing_as_said(arm)
 
 
-def test_a_stop_at_the_slowest_rate_takes_more_than_half_of_the_announced_time():
-    arm = ready(config(planned_burst_s=1.95))
+@pytest.mark.parametrize("firmware", BOARDS)
+def test_the_slowest_board_at_its_slowest_rate_takes_more_than_half_of_the_announced_time(firmware):
+    arm = ready(config(planned_burst_s=1.95), firmware=firmware)
     arm.move_j(base_deg=80, speed=30.8 / arm.parts.core.controller.limits.rates_hz()[0], wait=False)
     arm.sleep(2.5)
     arm.twin.link.to.append(Rule(HOLD, lost))
@@ -360,16 +361,33 @@ STEPS = {**MACHINE, **{100 + axis: 1.0 for axis in range(6)}, 110: 60_000.0, 120
 """One step per unit, and a ramp of 0.1 s to 400 steps/s."""
 
 
+@pytest.mark.parametrize(("firmware", "seen_s"), [("mega5x", 1.278), ("fluidnc", 1.022)])
+def test_no_motor_turns_slower_than_the_boards_timer_can_count(firmware, seen_s):
+    bench = Bench(STEPS, firmware=firmware)
+    bench.put("G1X40F300\n")
+    times = []
+    for _ in range(4000):
+        before = bench.x
+        bench.wait(0.001)
+        times += [bench.now_s] * (bench.x != before)
+    assert len(times) == 40
+    assert times[-1] - times[0] == pytest.approx(seen_s, rel=0.02)
+
+
 SEEN = {
     "mega5x": [(31, 0.43, 14), (50, 0.27, 14), (100, 0.21, 20), (400, 0.19, 62)],
     "grbl": [(31, 0.24, 8), (50, 0.15, 8), (100, 0.13, 14), (400, 0.15, 44)],
-    "grblhal": [(31, 0.44, 14), (50, 0.27, 13), (100, 0.19, 19), (400, 0.18, 55)],
     "fluidnc": [(31, 0.43, 17), (50, 0.33, 17), (100, 0.23, 23), (400, 0.20, 63)],
 }
 """How long a board goes on after a hold or a cancel, by the steps a second at which it turns."""
+GRBLHAL_HOLDS = [(31, 0.44, 14), (50, 0.27, 13), (100, 0.19, 19), (400, 0.18, 55)]
+GRBLHAL_CANCELS = [(31, 0.11, 4), (50, 0.06, 3), (100, 0.07, 7), (400, 0.11, 26)]
+"""It drops segments that it has computed already."""
 GOES_ON = [
-    (firmware, press, *row)
-    for firmware in SEEN for press in (HOLD, CANCEL) for row in SEEN[firmware]
+    *((firmware, press, *row) for firmware in SEEN for press in (HOLD, CANCEL)
+      for row in SEEN[firmware]),
+    *(("grblhal", HOLD, *row) for row in GRBLHAL_HOLDS),
+    *(("grblhal", CANCEL, *row) for row in GRBLHAL_CANCELS),
 ]  # fmt: skip
 
 
@@ -450,4 +468,15 @@ def test_a_board_that_a_cancel_has_hung_is_freed_and_keeps_its_position(firmware
     arm.twin.board.main_loop.hung = True
     arm.reset()
     assert not arm.twin.board.main_loop.hung
+    assert arm.status.state is State.STANDBY
+
+
+@each_value("firmware, noise", FIRMWARES, [b"7", b"$", b"G"])
+def test_noise_on_an_idle_wire_spoils_neither_a_jog_nor_an_output(firmware, noise):
+    arm = ready(firmware=firmware)
+    for act in (lambda: arm.jog_j(base_deg=2), lambda: arm.io.write(1)):
+        arm.twin.link.inner.write(noise, arm.status.time_s)
+        act()
+    assert standing_as_said(arm)
+    assert arm.twin.board.details()["outputs"]["flood"]
     assert arm.status.state is State.STANDBY
