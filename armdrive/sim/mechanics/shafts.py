@@ -60,7 +60,8 @@ class ShaftPoint:
         piece = self._profile.piece(now_s)
         if piece is None:
             return 0.0
-        return math.copysign(piece.acceleration, piece.acceleration * piece.speed_at(now_s))
+        brakes = piece.acceleration * piece.speed_at(now_s) < 0.0
+        return -abs(piece.acceleration) if brakes else abs(piece.acceleration)
 
     def hold(self, at: int) -> None:
         """Stand at a count."""

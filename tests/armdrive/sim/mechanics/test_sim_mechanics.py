@@ -12,6 +12,7 @@ from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.mechanics.motors import MotorDrive, MotorRack
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from armdrive.sim.mechanics.profiles import to_goal
+from armdrive.sim.mechanics.shafts import ShaftPoint
 from armdrive.sim.teachmover import rate_hz
 from armdrive.sim.world import World
 
@@ -54,6 +55,16 @@ def test_an_axis_goes_to_its_goal_from_any_speed_without_a_jump(speed, goal, rat
     assert abs(there - here) <= max(abs(speed), rate) * soon + 1e-6
     change = profile.speed_at(at + soon) - profile.speed_at(at)
     assert abs(change) <= 800.0 * soon + 1e-6 or at + soon >= profile.end_s
+
+
+@every_row("way", [1, -1])
+def test_a_shaft_gains_speed_from_its_first_moment_on_and_brakes_before_its_goal(way):
+    point = ShaftPoint(0)
+    point.go_to(way * 1000, 100.0, 50.0, 1.0)
+    assert [point.gain(at_s) for at_s in (1.0, 2.0, 5.0, point.end_s - 1.0)] == [50, 50, 0, -50]
+    point = ShaftPoint(0)
+    point.go_at(way * 100.0, 50.0, 1.0)
+    assert point.gain(1.0) == 50
 
 
 # -- Coordinated paths -----------------------------------------------------------------------------
