@@ -176,7 +176,7 @@ class RobkoQuirks:
     - **Operation 6 ignores its speed**, and ramps up to the axis's top speed: `top_speed_hz` after
       power-up, then that of operation 7 (`absolute_sets_top`). With a top speed of 0 it leaves the
       axis hanging: one step, then reported as moving. Operation 7 is then refused as busy, and
-      operation 2 has no effect. Operation 12 with all speeds 0 frees the axis.
+      operation 2 has no effect. Operation 12 with all speeds 0 frees the axis, and so does a reset.
     - **A resting axis twitches**: an axis that is already at its goal and is given a speed makes
       one step forward and, 40 ms later, one back, unless its top speed was 0.
     - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops

@@ -118,7 +118,7 @@ def test_a_short_payload_is_read_on_in_stale_bytes(bench):
 
 def test_a_move_before_the_motors_are_on_is_an_error_and_moves_nothing():
     bench = RobkoBench()
-    for request in (MoveAbsolute(axes(5)), MoveSpeed(axes(5))):
+    for request in (MoveRelative(axes(5)), MoveAbsolute(axes(5)), MoveSpeed(axes(5))):
         assert bench.ask(request).status is Status.ERROR
     bench.pass_time(1.0)
     assert positions(bench) == ZEROS
@@ -163,6 +163,9 @@ def test_operation_6_is_as_fast_as_the_last_operation_7_and_clear_zeroes_the_pos
     assert positions(bench) == (-40, 0, 0, 0, 0, 0)
     bench.ask(Clear())
     assert positions(bench) == ZEROS
+    bench.board.reset()
+    took_s, _ = run(bench.enabled(), MoveRelative(axes(50, speed=100)))
+    assert took_s == pytest.approx(0.586, abs=0.1)
 
 
 def test_an_axis_that_an_operation_6_left_hanging_is_freed_by_speeds_of_zero(bench):
@@ -184,6 +187,13 @@ def test_a_resting_axis_that_gets_a_speed_makes_a_step_and_takes_it_back(bench):
     assert positions(bench) == (10, 0, 0, 0, 0, 0)
 
 
+def test_an_absolute_move_takes_a_wrapped_count_for_another(bench):
+    bench.device.board.count_from((40_000, 0, 0, 0, 0, 0))
+    bench.ask(MoveAbsolute(Axes(positions(bench), (100, 0, 0, 0, 0, 0))))
+    bench.pass_time(2.0)
+    assert bench.board.drive.counts[0] < 39_900
+
+
 def test_the_retrofit_obeys_no_speed():
     took_s = {run(esp32(), MoveAbsolute(axes(200, speed=speed)))[0] for speed in (20, 100, 30_000)}
     assert max(took_s) == pytest.approx(min(took_s))
@@ -202,6 +212,15 @@ def test_a_move_is_stopped_in_as_few_steps_as_on_the_firmware(speed, steps):
     bench.pass_time(1.0)
     assert positions(bench)[0] - before == pytest.approx(steps, abs=1)
     assert not bench.device.moving
+
+
+def test_a_stopped_operation_6_goes_on_as_far_as_it_has_come(bench):
+    bench.ask(MoveRelative(axes(900)))
+    bench.pass_time(2.0)
+    before = bench.device.registers[0]
+    bench.ask(Stop())
+    bench.pass_time(9.0)
+    assert positions(bench)[0] == pytest.approx(2 * before, rel=0.05)
 
 
 def test_an_axis_by_speed_runs_on_when_the_host_falls_silent_and_stop_does_not_end_it(bench):
