@@ -166,6 +166,8 @@ FAULTY = (
            "ended well, but", action=JOG, first=13),
     Faulty("sends all at once",
            ((motion, "next_share", lambda _context, _leg, _burst_s, done: 1.0 - done),), first=5),
+    Faulty("does not grasp", ((Gripper, "grasp", lambda *_, **__: 0.0),), "hold nothing",
+           action="gripper"),
     Faulty("measures a grasp wrongly",
            ((Gripper, "grasp", lambda self, **words: GRASP(self, **words) + 3.0),),
            "between the fingers", action="gripper"),

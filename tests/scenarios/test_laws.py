@@ -118,6 +118,13 @@ def test_only_drives_that_hold_may_turn_without_a_command_and_only_in_their_rest
     assert any("without a command" in each for each in stage.watch.broken) is moves
 
 
+def test_a_drive_that_creeps_is_seen_to_move():
+    stage = at_rest("mks")
+    for number in range(9):
+        stage.world.drive(steps(right=1), 3.0 + number)
+    assert any("without a command" in each for each in stage.watch.broken)
+
+
 @every_row(
     "excuse, slack_s, at_s, broken",
     [
