@@ -15,7 +15,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.bus import DrivesBoard
 from armdrive.sim.bus.node import NodeMotor, motors_of, node_ids
 from armdrive.sim.mechanics.shafts import ShaftDrive
-from armdrive.sim.mks.motion import MAKES_UP, Flash
+from armdrive.sim.mks.motion import TOP_RATE, Flash
 from armdrive.sim.mks.node import MksNode, SavedMksDrive
 from armdrive.sim.mks.quirks import AS_THE_ARM_FILE, BITRATES, MksQuirks
 from armdrive.sim.simulated_arm import SimDeviceKind
@@ -45,7 +45,7 @@ class MksBoard(DrivesBoard[MksNode]):
 def _make(config: ArmConfig, world: World, quirks: MksQuirks) -> MksBoard:
     count, bits_s = len(world.motors), quirks.bitrate
     versions = _versions(quirks.firmware, config, count)
-    shafts = ShaftDrive(world, MAKES_UP)
+    shafts = ShaftDrive(world, TOP_RATE)
     motors = motors_of(config, shafts)
     settings = _settings(config, motors, BITRATES[bits_s], quirks)
     nodes = [

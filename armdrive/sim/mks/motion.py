@@ -102,8 +102,8 @@ def _read(code: Code, text: str) -> mks.Setting:
 
 # --- Speeds and states ---------------------------------------------------------------------------
 
-# The speed at which a shaft catches up with its set-point, in counts a second: its top speed.
-MAKES_UP = mks.SPEED_MAX_RPM * COUNTS_S_PER_RPM
+# How many counts a second a shaft turns at most.
+TOP_RATE = mks.SPEED_MAX_RPM * COUNTS_S_PER_RPM
 
 
 def state_of(point: ShaftPoint, now_s: float) -> mks.MotorState:

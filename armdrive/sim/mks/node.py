@@ -271,7 +271,10 @@ def _moves(node: MksNode, _: Asked, now_s: float) -> bool:
 
 
 def _move(node: MksNode, asked: Asked, now_s: float) -> None:
-    """Begin or store a motion; report the replaced one as failed, before or after."""
+    """Begin a motion; report the replaced one as failed, before or after.
+
+    An armed drive reports the motion as stored and forgets it, because a common start is ignored.
+    """
     motion, before = node.motion, node.motion.under_way
     if motion.armed:
         node.tell(asked, Outcome.STORED)

@@ -16,7 +16,7 @@ from armdrive.sim.bus.node import NodeMotor, switch_power
 from armdrive.sim.device import SimDevice
 from armdrive.sim.mechanics.shafts import ShaftDrive
 from armdrive.sim.mks import MksBoard
-from armdrive.sim.mks.motion import MAKES_UP, Flash
+from armdrive.sim.mks.motion import TOP_RATE, Flash
 from armdrive.sim.mks.node import MksNode
 from armdrive.sim.mks.quirks import MksQuirks
 from armdrive.sim.wire import MemoryLink
@@ -57,7 +57,7 @@ class FreeShafts(ShaftDrive):
     def __init__(self, count: int) -> None:
         self.load_errors = [0] * count
         model = preset("minimover5-mks")
-        super().__init__(FreeWorld(ArmBody.of_preset(model), motors=[0] * count), MAKES_UP)
+        super().__init__(FreeWorld(ArmBody.of_preset(model), motors=[0] * count), TOP_RATE)
 
     def _errors(self, positions: Sequence[int]) -> tuple[int, ...]:
         errors = zip(super()._errors(positions), self.load_errors, self.holding, strict=True)
