@@ -22,7 +22,14 @@ from kinematics.chains.links import Convention, JointKind
 from kinematics.errors import KinematicsError, require
 from kinematics.frames.orientations import Quaternion, quaternion_of
 from kinematics.frames.rotations import Matrix3
-from kinematics.frames.transforms import compose, homogeneous, position_of, rotation_of, translation
+from kinematics.frames.transforms import (
+    compose,
+    homogeneous,
+    position_of,
+    rotation_of,
+    translation,
+    z_axis_of,
+)
 from kinematics.frames.vectors import Vector, cross, norm, subtract
 from kinematics.geometry import Branch, Constraint, Hand, Point, Tool, Unreachable
 from kinematics.limits import (
@@ -175,7 +182,7 @@ class ChainArm:
         base = position_of(frames[0])
         foot = () if abs(base[2]) <= LENGTH_MM else ((base[0], base[1], 0.0),)
         origins = tuple(position_of(frames[index]) for index in self._shown)
-        return (*foot, base, *origins, position_of(self._evaluator.fk(self._directions(joints))))
+        return (*foot, base, *origins, position_of(compose(frames[-1], self.chain.tool)))
 
     def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
         """Return the limits that a posture breaks."""
@@ -207,11 +214,11 @@ class ChainArm:
         longest = _longest_levers(self.chain)
         if joints is None:
             return longest
-        values = self._directions(joints)
-        tip = position_of(self._evaluator.fk(values))
+        *frames, tool = self._evaluator.frames(self._directions(joints))
+        tips = (subtract(position_of(tool), position_of(frame)) for frame in frames)
         return tuple(
-            max(norm(cross(axis, subtract(tip, point))), LEAST_LEVER_MM) if most > 0.0 else 0.0
-            for (point, axis), most in zip(self.chain.axes(values), longest, strict=True)
+            max(norm(cross(z_axis_of(frame), tip)), LEAST_LEVER_MM) if most > 0.0 else 0.0
+            for frame, tip, most in zip(frames, tips, longest, strict=True)
         )
 
     def _found(self, pose: Pose, seed: Joints | None) -> Joints | Solution:

@@ -15,25 +15,39 @@ from functools import lru_cache
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError
-from kinematics.frames.rotations import Matrix3, multiply, rotate
-from kinematics.frames.transforms import Transform, homogeneous, position_of, rotation_of
-from kinematics.frames.vectors import Vector, add, cross, scale, subtract
+from kinematics.frames.transforms import LAST_ROW, Transform, compose, position_of, z_axis_of
+from kinematics.frames.vectors import cross, subtract
 from kinematics.spaces import Jacobian
-
-# A rotation and a position: a frame without its last row.
-Placed = tuple[Matrix3, Vector]
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluator:
     """The constant frames of a chain, and which of its joints slide."""
 
-    constants: tuple[Placed, ...]
+    constants: tuple[Transform, ...]
     slides: tuple[bool, ...]
+
+    def frames(self, values: Sequence[float]) -> list[Transform]:
+        """Return the frame of each joint, whose z is the joint's axis, then the tool's."""
+        frame = self.constants[0]
+        found = [frame]
+        for value, slides, constant in zip(values, self.slides, self.constants[1:], strict=True):
+            (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = frame
+            if slides:
+                x, y, z = x + value * c, y + value * f, z + value * i
+            else:
+                p, q = math.cos(value), math.sin(value)
+                # a turn about z leaves the third column as it is
+                a, b = a * p + b * q, b * p - a * q
+                d, e = d * p + e * q, e * p - d * q
+                g, h = g * p + h * q, h * p - g * q
+            frame = compose(((a, b, c, x), (d, e, f, y), (g, h, i, z), LAST_ROW), constant)
+            found.append(frame)
+        return found
 
     def fk(self, values: Sequence[float]) -> Transform:
         """Return the tool's frame in the world."""
-        return homogeneous(*self._frames(values)[-1])
+        return self.frames(values)[-1]
 
     def jacobian(self, values: Sequence[float]) -> Jacobian:
         """Return the geometric Jacobian (Whitney, 1972; Craig, chapter 5)."""
@@ -41,35 +55,16 @@ class Evaluator:
 
     def fk_and_jacobian(self, values: Sequence[float]) -> tuple[Transform, Jacobian]:
         """Return the tool's frame and the geometric Jacobian, both from one walk."""
-        *before, (rotation, tip) = self._frames(values)
+        *before, tool = self.frames(values)
+        tip = position_of(tool)
         columns = []
-        for (axes, origin), slides in zip(before, self.slides, strict=True):
-            axis = axes[0][2], axes[1][2], axes[2][2]
+        for frame, slides in zip(before, self.slides, strict=True):
+            axis = z_axis_of(frame)
             if slides:
                 columns.append((*axis, 0.0, 0.0, 0.0))
             else:
-                columns.append((*cross(axis, subtract(tip, origin)), *axis))
-        return homogeneous(rotation, tip), tuple(zip(*columns, strict=True))
-
-    def _frames(self, values: Sequence[float]) -> list[Placed]:
-        """Return the frame of each joint, whose z is the joint's axis, then the tool's."""
-        rotation, origin = self.constants[0]
-        found = [(rotation, origin)]
-        for value, slides, (turn, way) in zip(values, self.slides, self.constants[1:], strict=True):
-            (a, b, c), (d, e, f), (g, h, i) = rotation
-            if slides:
-                origin = add(origin, scale(value, (c, f, i)))
-            else:
-                p, q = math.cos(value), math.sin(value)
-                rotation = (  # a turn about z leaves the third column as it is
-                    (a * p + b * q, b * p - a * q, c),
-                    (d * p + e * q, e * p - d * q, f),
-                    (g * p + h * q, h * p - g * q, i),
-                )
-            origin = add(origin, rotate(rotation, way))
-            rotation = multiply(rotation, turn)
-            found.append((rotation, origin))
-        return found
+                columns.append((*cross(axis, subtract(tip, position_of(frame))), *axis))
+        return tool, tuple(zip(*columns, strict=True))
 
 
 @lru_cache(maxsize=64)
@@ -80,5 +75,4 @@ def evaluator(chain: Chain) -> Evaluator:
     """
     if not chain.is_plain:
         raise KinematicsError("only a chain of plain numbers can be evaluated, not one of symbols")
-    constants = tuple((rotation_of(one), position_of(one)) for one in chain.constants)
-    return Evaluator(constants, tuple(kind is JointKind.PRISMATIC for kind in chain.kinds))
+    return Evaluator(chain.constants, tuple(kind is JointKind.PRISMATIC for kind in chain.kinds))
