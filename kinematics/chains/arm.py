@@ -359,11 +359,14 @@ def near_posture(chain: Chain, goal: Goal, start: Sequence[float]) -> tuple[floa
     leads out of it, so that a look from further inside comes second.
     """
     descent = Descent(chain, goal)
+    found = descent.met(start, QUICK)
+    if found is not None:
+        return found
     inside = [
         min(max(value, low + INSIDE_RAD), high - INSIDE_RAD)
         for value, (low, high) in zip(start, chain.limits, strict=True)
     ]
-    return descent.met(start, QUICK) or descent.met(inside, QUICK)
+    return descent.met(inside, QUICK) if inside != list(start) else None
 
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.
