@@ -48,23 +48,24 @@ def _raised(guarded: GuardedArm, pose: Pose, seed: Joints | None) -> Pose | None
     """
     z_mm, joints = pose.z_mm, guarded.arm.solve(pose, seed)
 
-    def is_clear(z_mm: float) -> bool:
-        there = joints and guarded.arm.solve_near(replace(pose, z_mm=z_mm), joints)
-        return there is not None and _is_clear(guarded, there)
+    def at(z_mm: float) -> Joints | None:
+        return joints and guarded.arm.solve_near(replace(pose, z_mm=z_mm), joints)
 
     while joints is not None and z_mm < pose.z_mm + HIGHEST_MM:
-        if is_clear(z_mm + RISE_MM):
-            lowest_mm = last_that(is_clear, z_mm + RISE_MM, z_mm, HALVINGS)
+        above_mm, above = z_mm + RISE_MM, at(z_mm + RISE_MM)
+        if _is_clear(guarded, above):
+            lowest_mm = last_that(lambda z: _is_clear(guarded, at(z)), above_mm, z_mm, HALVINGS)
             return replace(pose, z_mm=lowest_mm)
-        z_mm += RISE_MM
-        joints = guarded.arm.solve_near(replace(pose, z_mm=z_mm), joints)
+        z_mm, joints = above_mm, above
     return None
 
 
-def _is_clear(guarded: GuardedArm, joints: Joints) -> bool:
-    """Whether no guard's bound is passed in a posture, not even within the tolerance."""
-    return not guarded.violations(joints) and all(
-        reading.clearance_mm >= 0.0 for reading in guarded.readings(joints)
+def _is_clear(guarded: GuardedArm, joints: Joints | None) -> bool:
+    """Whether there is a posture, and it passes no guard's bound, not even within the tolerance."""
+    return (
+        joints is not None
+        and not guarded.violations(joints)
+        and all(reading.clearance_mm >= 0.0 for reading in guarded.readings(joints))
     )
 
 
