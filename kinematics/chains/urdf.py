@@ -209,8 +209,8 @@ def _root(links: Sequence[str], above: _Above) -> str:
     roots = [link for link in links if link not in above]
     if len(roots) != 1:
         raise KinematicsError(
-            "a URDF has one base, a link that no joint moves, and not "
-            f"{', '.join(roots) or 'none'}: name it as base_link"
+            "the URDF needs one base, a link that no joint moves, and has "
+            f"{', '.join(roots) or 'none'}: name one link as base_link"
         )
     return roots[0]
 

@@ -317,7 +317,7 @@ BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a
         ("", "not valid XML: no element found"),
         ("<robot>\ud800</robot>", "not valid XML"),
         ("<sdf/>", "outer element is <robot>, not <sdf>"),
-        ("<robot/>", "no joint moves, and not none"),
+        ("<robot/>", "no joint moves, and has none"),
         (BOMB, "declares a document type"),
         (" " * (MOST_CHARACTERS + 1), f"at most {MOST_CHARACTERS} characters"),
         (
@@ -332,9 +332,9 @@ BOMB = """<!DOCTYPE robot [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a
         (urdf(joint("j", "a", "bb")), "'bb' as its child, which the URDF does not describe"),
         (urdf(joint("j", "a", "b"), joint("j", "b", "c")), "several joints named 'j'"),
         (urdf(links="a b b"), "several links named 'b'"),
-        (urdf(joint("j", "a", "b")), "not a, c, d: name it as base_link"),
+        (urdf(joint("j", "a", "b")), "has a, c, d: name one link as base_link"),
         (urdf(joint("j", "a", "b"), joint("k", "a", "b"), links="a b"), "is moved by two joints"),
-        (urdf(joint("j", "a", "b"), joint("k", "b", "a"), links="a b"), "and not none"),
+        (urdf(joint("j", "a", "b"), joint("k", "b", "a"), links="a b"), "and has none"),
         (urdf(joint("j", "a", "b", "fixed"), links="a b"), "no joint from 'a' on that moves"),
         (
             urdf(joint("j", "a", "b"), joint("k", "a", "c"), links="a b c"),
