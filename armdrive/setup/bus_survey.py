@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from contextlib import closing
-from dataclasses import replace
 from functools import partial
 
 from armdrive.config.arm import ArmConfig
@@ -25,7 +24,7 @@ from armdrive.dialects.bus.tools import (
     frame_scripts,
     of_nobody,
 )
-from armdrive.dialog import note, ok, problem
+from armdrive.dialog import note, problem
 from armdrive.errors import BadRequest, LinkLost, PortUnavailable
 from armdrive.errors.printable import command_line
 from armdrive.registry import DIALECTS
@@ -101,15 +100,12 @@ def survey_bus(
     report: Report,
     config: ArmConfig | None = None,
     ids: Sequence[int] = (),
-    *,
-    every_rate: bool = False,
     agree: Agree | None = None,
 ) -> Diagnosis:
     """Survey a CAN bus; the findings go to the report.
 
     `config` is the arm whose drives are expected. `ids` are asked; if empty, the usual ones and
-    those of the arm. With `every_rate`, other bit rates are tried if no drive answers. With
-    `agree`, settings that differ are written if it returns True.
+    those of the arm. With `agree`, settings that differ are written if it returns True.
     """
     address = CanAddress.parse(report.port)
     # comparing settings takes the lock itself, so it is held for each look alone
@@ -133,8 +129,6 @@ def survey_bus(
         answered = any(each.there for each in found)
         if not answered:
             report.add([of_nobody(ids, health)])
-            if every_rate:
-                _try_every_rate(address, ids, report)
     counters = ("sent", "received", "refused", "error_frames", "read_errors", "overrun")
     report.more["bus"] = {"state": health.state.value} | {
         name: getattr(health, name) for name in counters
@@ -186,7 +180,7 @@ def listened(address: CanAddress, config: ArmConfig | None = None) -> Listened:
 
 
 def _answers(
-    address: CanAddress, ids: Sequence[int], seen: SeenNodes, dialect: str = ""
+    address: CanAddress, ids: Sequence[int], seen: SeenNodes, dialect: str
 ) -> tuple[tuple[Answers, ...], BusHealth, str]:
     """Return the answers, the adapter's state after them, and why the bus was lost if it was."""
     with closing(opening.open_can_link(str(address))) as link:
@@ -195,25 +189,6 @@ def _answers(
         except LinkLost as error:
             return (), link.health, str(error).partition("was lost: ")[2]
         return found, link.health, ""
-
-
-def _try_every_rate(address: CanAddress, ids: Sequence[int], report: Report) -> None:
-    """Ask at every other bit rate that drives have."""
-    if address.interface == "socketcan":
-        report.add([note("the bit rate of a kernel's interface is set by `ip link`, one by one")])
-        return
-    rates = dict.fromkeys(rate for row in protocols().values() for rate in row.bit_rates)
-    for bits_s in rates:
-        if bits_s == _bits_s(address):
-            continue
-        options = dict(address.options) | {"bitrate": str(bits_s)}
-        other = replace(address, options=tuple(options.items()))
-        found, _, _ = _answers(other, ids, {})
-        named = ", ".join(str(node) for each in found for node in each.there)
-        at = f"at {bits_s // 1000} kbit/s"
-        fix = f'in the arm file: port = "{other}"'
-        answer = problem(f"{at} these answer: {named}", fix) if named else None
-        report.add([answer or ok(f"no drive answers {at}")])
 
 
 def _bits_s(address: CanAddress) -> int:

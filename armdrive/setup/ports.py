@@ -16,7 +16,6 @@ from armdrive.errors.printable import command_line
 from armdrive.registry.arm_files import arm_paths, load_arm
 from armdrive.storage.lock_client import is_held, name_held
 from armdrive.text.reading import is_there
-from armdrive.text.toml import value as toml
 from armdrive.transports import ports as system
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.ports import (
@@ -99,10 +98,6 @@ def same_port(one: str, other: str) -> bool:
 
 
 # A port that is looked at, and not opened.
-
-SYSFS = Path("/sys/bus/usb-serial/devices")
-# How long an FTDI adapter may hold bytes back; new ones are set to 16.
-LATENCY_MS = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,29 +187,15 @@ def look_at(
         return ClosedPort(port, (_refused(port, errno.ENOENT),), openable=False)
     info = info_of(port, system.list_ports() if listed is None else listed)
     free = info.readable and info.holder is None and not driven
-    known = ", ".join(word for word in (info.description, info.usb_id) if word)
+    number = f"USB serial number {info.serial_number}" if info.serial_number else ""
+    known = ", ".join(word for word in (info.description, info.usb_id, number) if word)
     words = f"{port} is there{f' ({known})' if known else ''}{', and you may open it' * free}"
     findings = [ok(words), *belongs]
     if not info.readable:
         findings.append(_refused(port, errno.EACCES))
     elif not free:
         findings.append(_in_use(port, driven))
-    else:
-        if not any(each.usb_serial for each in owners):
-            findings += _lasting_name(port, info)
-        findings += latency(port)
     return ClosedPort(port, tuple(findings), free, info, owners, driven)
-
-
-def _lasting_name(port: str, info: PortInfo) -> list[Finding]:
-    """Say how an arm file finds the port again, if there is a surer way than by its name."""
-    if info.serial_number:
-        fix = f"in an arm file write usb_serial = {toml(info.serial_number)}"
-    elif info.stable_name and info.stable_name != port:
-        fix = f"in an arm file write port = {toml(info.stable_name)}"
-    else:
-        return []
-    return [note(f"{port} may have another name when it is next plugged in", fix)]
 
 
 def info_of(port: str, listed: Iterable[PortInfo]) -> PortInfo:
@@ -242,23 +223,6 @@ def _in_use(port: str, arm: str) -> Finding:
         f"{port} is in use: an armdrive program drives {'an arm' if by_port else arm} on it",
         f"end that program; {asks}`armdrive stop` stops it",
     )
-
-
-def latency(port: str, sysfs: Path = SYSFS) -> list[Finding]:
-    """Report how long a USB adapter may hold bytes back, if the system says so (FTDI on Linux)."""
-    path = sysfs / Path(os.path.realpath(port)).name / "latency_timer"
-    try:
-        found_ms = int(path.read_text(encoding="ascii"))
-    except (OSError, ValueError):
-        return []
-    if found_ms <= LATENCY_MS:
-        return [ok(f"the adapter's latency timer is {found_ms} ms")]
-    return [
-        note(
-            f"the adapter holds answers back for up to {found_ms} ms (its latency timer)",
-            f"echo {LATENCY_MS} | sudo tee {path}",
-        )
-    ]
 
 
 def _refused(port: str, number: int) -> Finding:

@@ -95,15 +95,10 @@ class Examination:
 
     @property
     def restarted(self) -> bool:
-        """Whether the device restarted when its port was opened.
-
-        A greeting at another baud rate than its own cannot be read, but shows that it restarted.
-        """
+        """Whether the device greeted because it restarted when its port was opened."""
         if self.identity is None or recogniser().greets_on_open(self.identity.dialect):
             return False
-        first = self.replies[:1] if self.baud is not None else ()
-        elsewhere = any(each.data and each.baud != self.baud for each in first)
-        return self.identity.greeted or elsewhere
+        return self.identity.greeted
 
 
 Script: TypeAlias = Generator[float, bytes | None, Examination]

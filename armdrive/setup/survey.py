@@ -14,7 +14,7 @@ from enum import Enum, auto
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.config.arm import ArmConfig, limit_remarks
+from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect import parts
 from armdrive.connect.port import bare
@@ -29,7 +29,7 @@ from armdrive.setup.ports import ClosedPort, lines_of
 from armdrive.setup.prober import Examination
 from armdrive.storage.arm_lock import hold
 from armdrive.tasks import DeviceSettings
-from armdrive.transports.can_health import BUSY_LOAD, BusHealth, BusState, frame_bits
+from armdrive.transports.can_health import BusHealth, BusState, frame_bits
 from kinematics.text import counted
 
 CHECK_WIRING = (
@@ -45,16 +45,14 @@ OPENING_RISK = (
 NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
 
 
-def of_examination(
-    found: Examination, baud: int | None = None, connection: Connection | None = None
-) -> list[Finding]:
-    """Return the findings of an examination, at the only `baud` that was tried if there is one.
+def of_examination(found: Examination, connection: Connection | None = None) -> list[Finding]:
+    """Return the findings of an examination.
 
     `connection` is that of the arm file, if one says what is expected at the port.
     """
     identity = found.identity
     if identity is None:
-        return [_unrecognised(found, baud)]
+        return [_unrecognised(found)]
     spoken = identity.dialect
     if not spoken:
         what = f"the device is {identity.firmware}, which armdrive cannot drive"
@@ -69,23 +67,20 @@ def of_examination(
     if found.echoes:
         fix = "switch the echo off in the adapter or on the board; check transmit and receive"
         listed.append(problem("the line echoes everything that is sent", fix))
-    if found.restarted and found.baud is None:
-        what = "the board greeted this connection: behind a serial server, it has restarted"
-        listed.append(note(f"{what}, and its arm may have sagged"))
-    elif found.restarted:
+    if found.restarted:
         what = "the board restarted when its port was opened: motors lose their current, and an arm"
         spared = connection is not None and connection.keeps_dtr
         once = "; the first opening after plugging in always does that" if spared else ""
-        listed.append(note(f"{what} sags{once}", "" if spared else NEVER_RESET))
+        listed.append(note(f"{what} sags{once}", "" if spared or found.baud is None else NEVER_RESET))
     return listed
 
 
-def _unrecognised(found: Examination, baud: int | None) -> Finding:
+def _unrecognised(found: Examination) -> Finding:
     if found.echoes:
         fix = "transmit and receive are connected, or a terminal echoes: check the wiring"
         return problem("everything that is sent comes straight back, and no device answers", fix)
-    rates = [baud] if baud is not None else sorted({each.baud for each in found.replies})
-    at = f" at {' and '.join(map(str, rates))} baud" if baud is not None or len(rates) > 1 else ""
+    rates = " and ".join(map(str, sorted({each.baud for each in found.replies})))
+    at = "" if found.baud is None else f" at {rates} baud"
     if not found.everything:
         return problem(f"no device answers{at}", f"{CHECK_WIRING}; or try another --baud N")
     return problem(
@@ -151,10 +146,7 @@ def of_listening(traffic: Listened, seconds: float, bits_s: int) -> list[Finding
                 f"{fix} shows what it sends",
             )
         ]
-    found = [ok(f"{what}; no other program commands drives")]
-    if load > BUSY_LOAD:
-        found.append(note("the bus is very busy: answers come late", "use a higher bit rate"))
-    return found
+    return [ok(f"{what}; no other program commands drives")]
 
 
 def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
@@ -172,10 +164,9 @@ def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
                 "adapter that is alone on the bus stays error-passive",
             )
         ]
-    if health.state is not BusState.ACTIVE:
-        trouble = f": {health.last_trouble}" if health.last_trouble else ""
-        return [note(f"{state}{trouble}", RESISTORS)]
-    return [ok(state)] if not lost else [note(f"{state}; then {lost}", RESISTORS)]
+    if health.state is BusState.ACTIVE and not lost:
+        return [ok(state)]
+    return [note(f"{state}: {lost or health.last_trouble}", RESISTORS)]
 
 
 def of_arm(ids: Sequence[int], answering: Iterable[int], arm: str, section: str) -> list[Finding]:
@@ -240,8 +231,6 @@ def compare_settings(config: ArmConfig, report: Report, agree: Agree | None) -> 
                     command_line("doctor", "--arm", report.arm, "--fix"),
                     *report.more.get("next", []),
                 ]
-            report.add([note(each) for each in limit_remarks(config)])
-            report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
     except ArmError as error:
         what, fix = parted(bare(error, config.connection))
         what = f"it was recognised, but did not connect: {what}"
@@ -302,9 +291,8 @@ class Report:
     @property
     def answers(self) -> dict[str, str]:
         """What the survey answers of the questions that make an arm file."""
-        known = {"connection.port": self.port, "dialect": self.dialect}
-        if self.dialect and self.more.get("baud"):
-            known["connection.baud"] = str(self.more["baud"])
+        baud = str(self.more.get("baud") or "")
+        known = {"connection.port": self.port, "dialect": self.dialect, "connection.baud": baud}
         return {key: word for key, word in known.items() if word}
 
     def view(self) -> dict[str, Any]:
@@ -333,7 +321,7 @@ def survey_port(
     # an arm's name and its port are both locked: another program may know only one of them
     with hold(report.port if config is None else config.name, report.port):
         found = prober.examine_port(report.port, only_baud)
-    report.add(of_examination(found, only_baud, connection))
+    report.add(of_examination(found, connection))
     identity = found.identity
     report.more |= {
         "dialect": identity.dialect if identity else "",

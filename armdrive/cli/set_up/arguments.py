@@ -281,7 +281,6 @@ def _doctor(parser: argparse.ArgumentParser) -> None:
       --keyboard                 instead: examine the keyboard of this terminal
       --can [INTERFACE:CHANNEL]  instead: survey a CAN bus
       --ids 1-16,20              with --can: ask these ids
-      --every-rate               with --can: try all bit rates
       --fix                      write the settings that differ
       --yes                      do not ask before opening or writing
     """

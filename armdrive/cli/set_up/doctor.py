@@ -43,8 +43,8 @@ def doctor(options: argparse.Namespace) -> Result:
         options.port or (config.connection.port if config else "")
     ):
         return _on_bus(options, config)
-    if options.ids or options.every_rate:
-        raise BadRequest("--ids and --every-rate are about a CAN bus: name one with --can")
+    if options.ids:
+        raise BadRequest("--ids are those of a CAN bus: name one with --can")
     closed = port_of(config) if config is not None and options.arm else look_at(options.port)
     report = _report(closed.port, options)
     report.more = {"arm_files": list(closed.arms)}
@@ -78,7 +78,7 @@ def _on_bus(options: argparse.Namespace, config: ArmConfig | None) -> Result:
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = _report(port, options)
     ids = ids_of(options.ids) if options.ids else ()
-    found = survey_bus(report, config, ids, every_rate=options.every_rate, agree=_fixing(options))
+    found = survey_bus(report, config, ids, _fixing(options))
     return _result(report, found)
 
 

@@ -175,8 +175,8 @@ class BusTools:
 
     `reads_command` recognises another program's command (its second argument is the id of a master
     whose heartbeat counts as one), `reads_answer` a frame that cannot be one. `heard` returns the
-    nodes that sent some frames. `bit_rates` are those that the drives support. `connects` means
-    that connecting to such an arm sets nothing, so its settings may be compared without asking.
+    nodes that sent some frames. `connects` means that connecting to such an arm sets nothing, so
+    its settings may be compared without asking.
     `units` returns what the arm file has to say of measured units; None if they are known anyway.
     `next` is the command for drives that no arm file names; `hint` recommends it to people who
     write the file another way.
@@ -192,7 +192,6 @@ class BusTools:
     heard: Callable[[Iterable[Frame]], SeenNodes] = field(default=lambda _frames: {})
     harmless: bool = False
     leaves_free: int | None = None
-    bit_rates: tuple[int, ...] = ()
     connects: bool = False
     next: tuple[str, ...] = ()
     hint: str = ""
@@ -211,7 +210,7 @@ RESISTORS = (
 )
 NO_ANSWER_REMEDY = (
     "check the drives' motor supply, that H and L are not swapped, and the bit rate "
-    "(CanRate in the menu of an MKS drive): `armdrive doctor --can --every-rate` tries all four"
+    "(CanRate in the menu of an MKS drive): write another one into the adapter's address"
 )
 # Up to this many late answers are normal on a busy computer.
 USUAL_LATE_ANSWERS = 2

@@ -432,7 +432,7 @@ def test_causes_of_silence_are_distinguished_as_far_as_possible(health, what, gr
     finding = of_nobody((1, 2, 3), health)
     assert what in finding.what
     assert finding.grade is grade
-    assert "--every-rate" in finding.fix
+    assert "write another one into the adapter's address" in finding.fix
 
 
 @every_row(
