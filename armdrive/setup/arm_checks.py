@@ -63,6 +63,7 @@ def find_signs(dialog: Dialog, arm: Arm, picture: Sequence[str] = ()) -> Signs:
         "Switch the motors on and begin?", "Anything but yes leaves the arm alone."
     ):
         return Signs(unclear=tuple(motor.name for motor in check.transmission.motors))
+    arm.reset()  # a board that is locked until it has homed would turn nothing
     arm.enable()
     while (trial := check.trial) is not None:
         seen = _tried(dialog, arm, trial)
@@ -94,10 +95,10 @@ def _tried(dialog: Dialog, arm: Arm, trial: Trial) -> SeenMotion | None:
     )
     if not dialog.agreed(turn, "no leaves this motor out.", default="yes"):
         return SeenMotion(trial, SawMotion.NOT_AT_ALL)
-    _there_and_back(dialog, arm, trial, small_steps)
+    _there_and_back(dialog, arm, trial.motor, small_steps)
     if not _ask_small(dialog, trial, small):
         return SeenMotion(trial, SawMotion.ELSE_FAR, share=_ask_share(dialog, trial, small))
-    _there_and_back(dialog, arm, trial, trial.steps)
+    _there_and_back(dialog, arm, trial.motor, trial.steps)
     word = _ask_way(dialog, trial)
     if word == AGAIN:
         return None
@@ -108,26 +109,17 @@ def _tried(dialog: Dialog, arm: Arm, trial: Trial) -> SeenMotion | None:
     return SeenMotion(trial, saw, hand, share=_ask_share(dialog, trial, trial.amount))
 
 
-def _there_and_back(dialog: Dialog, arm: Arm, trial: Trial, steps: int) -> None:
-    counts = [0] * arm.abilities.motors
+def _there_and_back(dialog: Dialog, arm: Arm, motor: int, steps: int) -> None:
     dialog.person.look(moved=False)
-    counts[trial.motor] = steps
-    _turn(arm, counts)
+    _turn(arm, motor, steps)
     dialog.person.look(moved=True)
-    counts[trial.motor] = -steps
+    _turn(arm, motor, -steps)
+
+
+def _turn(arm: Arm, motor: int, steps: int) -> None:
+    counts = [0] * arm.abilities.motors
+    counts[motor] = steps
     arm.move_motors(*counts, speed=TRIAL_SPEED)
-
-
-def _turn(arm: Arm, counts: Sequence[int]) -> None:
-    """Turn one motor; a board that is locked until it has homed is unlocked by `reset`."""
-    try:
-        arm.move_motors(*counts, speed=TRIAL_SPEED)
-    except DeviceFault:
-        if arm.config.homing is None:
-            raise
-        arm.reset()
-        arm.enable()
-        arm.move_motors(*counts, speed=TRIAL_SPEED)
 
 
 def _ask_small(dialog: Dialog, trial: Trial, about: float) -> bool:
@@ -149,8 +141,7 @@ def _ask_way(dialog: Dialog, trial: Trial) -> str:
 
     def by_eye(motion: ArmMotion) -> str:
         seen = _sight(motion)
-        ways = [way for way in seen.visible() if way in trial.ways]
-        return seen.word(ways[0]) if ways else OTHER if seen.visible() else NOTHING
+        return next((seen.word(way) for way in seen.visible() if way in trial.ways), NOTHING)
 
     question = Question(
         f"Which way did it go? {', '.join(words)}:",
@@ -165,16 +156,11 @@ def _ask_way(dialog: Dialog, trial: Trial) -> str:
 def _ask_hand(dialog: Dialog, trial: Trial) -> bool | None:
     """Ask which way the hand turned; return whether that was expected, None if it was not seen."""
     words = (*WAYS["roll"], NOTHING)
-
-    def by_eye(motion: ArmMotion) -> str:
-        seen = _sight(motion)
-        return seen.word("roll") if "roll" in seen.visible() else NOTHING
-
     question = Question(
         f"And the hand turned about its own axis? {', '.join(words)}:",
         "Seen from behind the hand, looking towards the finger tips.",
         choice(words),
-        by_eye=by_eye,
+        by_eye=lambda motion: _sight(motion).word("roll"),
     )
     word = dialog.ask(question)
     return None if word == NOTHING else trial.expects(word)

@@ -8,7 +8,6 @@ from typing import Any
 
 from armdrive.dialog import About, ArmMotion, Question
 from armdrive.sim.bus import DrivesBoard
-from armdrive.sim.device import HasSwitches
 from armdrive.sim.mechanics.motors import SwitchState
 from armdrive.sim.simulated_arm import SimulatedArm
 
@@ -57,7 +56,8 @@ class SimulatedPerson:
             case About.CONNECT:
                 self._plug_alone(question.motor)
             case About.PRESS:
-                return "pressed" if self._press(question.motor, SwitchState.CLOSED) else "none"
+                self._press(question.motor, SwitchState.CLOSED)
+                return "pressed"
             case About.RELEASE:
                 self._press(question.motor, SwitchState.FREE)
                 return "released"
@@ -76,13 +76,10 @@ class SimulatedPerson:
         if isinstance(board, DrivesBoard):
             board.node(motor).port.plugged = on
 
-    def _press(self, motor: int, state: SwitchState) -> bool:
-        """Press or release a limit switch; return False if the simulated arm has none."""
-        board = self._twin.board
-        if not isinstance(board, HasSwitches):
-            return False
+    def _press(self, motor: int, state: SwitchState) -> None:
+        """Press or release a limit switch."""
+        board: Any = self._twin.board
         board.set_switch(motor, state)
-        return True
 
     def _motion_since(self, start: ArmMotion | None) -> ArmMotion:
         world = self._twin.world

@@ -71,7 +71,9 @@ def of_examination(found: Examination, connection: Connection | None = None) -> 
         what = "the board restarted when its port was opened: motors lose their current, and an arm"
         spared = connection is not None and connection.keeps_dtr
         once = "; the first opening after plugging in always does that" if spared else ""
-        listed.append(note(f"{what} sags{once}", "" if spared or found.baud is None else NEVER_RESET))
+        listed.append(
+            note(f"{what} sags{once}", "" if spared or found.baud is None else NEVER_RESET)
+        )
     return listed
 
 

@@ -20,6 +20,7 @@ from armdrive.registry.arm_files import load_arm
 from armdrive.setup import arm_checks
 from armdrive.setup.arm_checks import find_signs
 from armdrive.setup.directions import (
+    TRIAL_SPEED,
     DirectionCheck,
     SawMotion,
     SeenMotion,
@@ -86,13 +87,14 @@ def arm_file(folder, text=PRESET):
 # -- The dialog with a connected arm -----------------------------------------------------------
 
 
-def seen_on(config, transmission, look=lambda twin: None):
+def seen_on(config, transmission, look=lambda twin: None, ask=None):
     """Find the directions of an arm that really has this transmission; the model may be wrong.
 
-    Its simulated person watches it; `look` is called whenever that person looks.
+    Its simulated person watches it; `look` is called whenever that person looks. With `ask`
+    somebody else answers.
     """
     twin = simulate(replace(config, model=replace(config.model, transmission=transmission)))
-    person = SimulatedPerson(twin, lambda _line: None)
+    person = SimulatedPerson(twin, lambda _line: None, ask)
     watch = person.look
 
     def watched(*, moved):
@@ -155,6 +157,38 @@ def test_a_motor_that_turns_farther_than_its_file_says_is_corrected(tmp_path, sh
     propose(path, transmission, found).write()
     after = load_arm(path).model.transmission.motors[1].steps_per_unit
     assert after == pytest.approx(motors[1].steps_per_unit, rel=0.05)
+
+
+@every_row(
+    "part, words, looks, unclear",
+    [
+        ("Switch the motors on", ("no",), 0, MOTORS),
+        ("(shoulder) will turn", ("no",), 5, ["shoulder"]),
+        ("Which way did it go? up", ("again", "nothing"), 7, ["elbow"]),
+        ("Which way did it go? up", ("other",), 6, ["elbow"]),
+    ],
+)
+def test_a_motor_turns_slowly_after_a_yes_and_what_nobody_saw_is_unclear(
+    monkeypatch, part, words, looks, unclear
+):
+    answers, looked, turn = iter(words), [], Arm.move_motors
+
+    def slowly(arm, *steps, speed):
+        assert speed == TRIAL_SPEED
+        turn(arm, *steps, speed=speed)
+
+    monkeypatch.setattr(Arm, "move_motors", slowly)
+
+    def ask(question):
+        asked = part in question.words
+        word = next(answers, None) if asked else None
+        return question.read(word or question.default or "yes")
+
+    config = simulated_config("teachmover")
+    found = seen_on(config, config.model.transmission, looked.append, ask)
+    assert list(found.unclear) == unclear
+    assert len(looked) == 4 * looks
+    assert found.motors == found.joints == ()
 
 
 class Measures:

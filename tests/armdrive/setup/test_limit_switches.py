@@ -14,7 +14,7 @@ from armdrive.config.arm import limit_remarks
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Dialog
-from armdrive.errors import Refused, SettingsDiffer
+from armdrive.errors import DeviceFault, Refused, SettingsDiffer
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import load_arm
 from armdrive.setup.arm_checks import (
@@ -45,9 +45,10 @@ hard_limits = true      # the board stops at its switches
 """
 
 
-def pressed(arm, switches):
-    """Have the simulated person press these switches."""
-    return check_switches(Dialog(SimulatedPerson(arm.twin, lambda _line: None)), arm, switches)
+def pressed(arm, switches, ask=None):
+    """Have the simulated person press these switches, and `ask` what to answer, if given."""
+    person = SimulatedPerson(arm.twin, lambda _line: None, ask)
+    return check_switches(Dialog(person), arm, switches)
 
 
 def seen_of(arm):
@@ -64,6 +65,7 @@ def test_switches_that_raise_alarms_work_and_nothing_moves(firmware, homing):
     assert all_work(seen)
     assert arm.twin.world.motors == before
     assert arm.status.state is State.STANDBY
+    assert arm.io.read() == 0  # all were let go of
 
 
 def test_a_board_that_accepts_hard_limits_and_does_nothing_is_found_out():
@@ -95,6 +97,10 @@ def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
     assert not all_work(seen)
     assert all_work({"base": SawSwitch.ALARM, "gripper": SawSwitch.NONE})
     assert seen == dict.fromkeys(MOTORS[2:], SawSwitch.NOTHING)
+    assert pressed(arm, (base,), lambda question: "none") == {"base": SawSwitch.NONE}
+    arm.estop()
+    with pytest.raises(DeviceFault):
+        pressed(arm, (base,))
 
 
 def test_the_alarm_of_a_switch_that_is_let_go_is_reset_too():
