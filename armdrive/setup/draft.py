@@ -241,14 +241,13 @@ class Draft:
         """The kinds of grippers that this controller can move in addition to the arm's joints."""
         known = self.device_fields
         spare = self.dialect.abilities.motors - len(self.motors)
-        # a board that names its axes leaves the rest unused; any other drives all that it has
-        others = spare == 0 or "axes" in known
         fits = {
             COUPLED: spare > 0,
             OWN_MOTOR: spare > 0,
-            SERVO: others and "servo" in known,
-            OUTPUT: others and "gripper_output" in known,
-            NOTHING: others,
+            SERVO: "servo" in known,
+            OUTPUT: "gripper_output" in known,
+            # a board that names its axes leaves the rest unused; any other drives all that it has
+            NOTHING: spare == 0 or "axes" in known,
         }
         return tuple(kind for kind in self.template.grippers if fits[kind])
 
@@ -295,16 +294,6 @@ def flattened(table: Mapping[str, Any], before: str = "") -> dict[str, str]:
         if isinstance(value, Mapping):
             found |= flattened(value, f"{before}{key}.")
         else:
-            found[before + key] = as_typed(value)
+            several = value if isinstance(value, list) else [value]
+            found[before + key] = ", ".join(map(str, several))
     return found
-
-
-def as_typed(value: Any) -> str:
-    """Return a value as a person would type it."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, list):
-        if any(isinstance(one, list) for one in value):
-            return "; ".join(as_typed(one) for one in value)
-        return ", ".join(map(str, value)) or "none"
-    return str(value)

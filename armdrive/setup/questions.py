@@ -34,7 +34,7 @@ from armdrive.dialog import (
 )
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
-from armdrive.registry.arm_files import ENDING, require_name
+from armdrive.registry.arm_files import require_name
 from armdrive.setup.draft import Draft, ratio, read_links
 from armdrive.setup.templates import GRIPPERS, available
 from armdrive.text.toml import TomlEntry
@@ -89,11 +89,9 @@ class ArmRow:
     def entries(self, draft: Draft) -> Iterator[tuple[str, Entries]]:
         """Yield the sections, and their entries, that the answers to this row make."""
         for one in self.each(draft) if self.place and self.when(draft) else ():
-            answer = draft.get(self.key.replace("{one}", one), ())
+            answer = draft.answers[self.key.replace("{one}", one)]
             place = self.place.replace("{one}", one).replace(DIALECT, draft.dialect.name)
             section, _, key = place.rpartition(".")
-            if answer == ():  # not asked, or answered by none
-                continue
             entry = TomlEntry(key, answer, MEANINGS.get(key, ""))
             yield section, (entry,) if self.put is None else self.put(draft, answer)
 
@@ -150,8 +148,6 @@ def _names(names: Sequence[str]) -> tuple[tuple[str, str], ...]:
 
 
 def _name(line: str) -> str:
-    if line.endswith(ENDING):
-        raise WrongAnswer(f"the name without its ending: {line.removesuffix(ENDING)}")
     try:
         require_name(line)
     except BadRequest as error:
@@ -174,12 +170,14 @@ def _port(draft: Draft) -> Reader:
         if on_bus:
             with contextlib.suppress(BadRequest):
                 return str(CanAddress.parse(line))
-        marks = any(mark in line for mark in ("/", "\\", "://")) or line.upper()[:3] == "COM"
+        marks = any(mark in line for mark in ("/", "\\")) or line.upper()[:3] == "COM"
         if not on_bus and (marks or is_can(line)):
             return line
         example = "can:slcan:/dev/ttyACM0?bitrate=500000" if on_bus else "/dev/ttyUSB0, COM3"
-        what = "CAN adapter, and these drives are on a CAN bus" if on_bus else "port"
-        raise WrongAnswer(f"{line!r} names no {what}: write it as {example}, or none for now")
+        raise WrongAnswer(
+            f"{line!r} names no port of a {draft.dialect.name} controller: write it as {example}, "
+            "or none for now"
+        )
 
     return read
 
@@ -222,7 +220,7 @@ def _fingers(_draft: Draft, range_mm: tuple[float, float]) -> Entries:
 
 
 def _homes(draft: Draft) -> bool:
-    return draft.dialect.abilities.own_homing and bool(draft.get("homing.own"))
+    return bool(draft.get("homing.own"))
 
 
 # The default distance from a limit at which a joint stands after homing.
@@ -286,7 +284,7 @@ def _all_different(draft: Draft, what: str, read: Callable[[str], Any]) -> Calla
 
 
 def _nodes(draft: Draft) -> Reader:
-    node = whole(1, draft.dialect.bus.most if draft.dialect.bus is not None else 127)
+    node = whole(1, 127)
     return _all_different(
         draft, "numbers", lambda line: tuple(map(node, line.replace(",", " ").split()))
     )

@@ -164,6 +164,36 @@ def test_a_model_file_or_a_urdf_is_taken_over_with_its_limits(tmp_path):
         assert config.model.arm.limits[at].high_rad == pytest.approx(high_rad, abs=1e-4)
 
 
+@every_row(
+    "template, dialect, joints, kinds",
+    [
+        ("minimover5-grbl", "grbl", 5, ("coupled", "servo", "output", "none")),
+        ("own", "grbl", 5, ("stepper", "servo", "output", "none")),
+        ("own", "teachmover", 5, ("stepper",)),
+        ("own", "grbl", 6, ("servo", "output", "none")),
+        ("own", "teachmover", 6, ("none",)),
+    ],
+)
+def test_a_gripper_is_moved_by_what_the_controller_has_left(
+    tmp_path, template, dialect, joints, kinds
+):
+    six = shown_files()[0] + '[[links]]\njoint = "sixth"\nlow_deg = -9\nhigh_deg = 9\n'
+    (tmp_path / "links.toml").write_text(shown_files()[0] if joints == 5 else six)
+    gears = {"gear.sixth": "5:1"} if joints == 6 else {}
+    unused = {"fingers.mm_per_turn"} if "stepper" not in kinds else set()
+    answers = OWN["own"] | gears | {"dialect": dialect}
+    draft = draft_of(template, {key: each for key, each in answers.items() if key not in unused})
+    assert draft.grippers == kinds
+
+
+def test_published_motors_take_more_steps_with_more_microsteps(tmp_path):
+    ours = loaded(tmp_path, "minimover5-grbl", {"microsteps": "16"}).model.transmission.motors
+    known = preset("minimover5").transmission.motors
+    assert [each.steps_per_unit for each in ours] == [
+        pytest.approx(8 * each.steps_per_unit) for each in known
+    ]
+
+
 @every_row("kind, keys", [("servo", 3), ("output", 2), ("none", 0)])
 def test_what_a_gripper_is_tuned_by_is_written_with_its_meaning(tmp_path, kind, keys):
     text = files("printed-six", {"gripper.kind": kind}).arm
@@ -235,7 +265,7 @@ def at_question(key, dialect="grbl", template="minimover5-grbl", **around):
         ("device.axes", {"template": "printed-six"}, "XYZABB", "different letters are needed"),
         ("connection.port", {"dialect": "mks"}, "/dev/ttyACM0", "can:slcan:/dev/ttyACM0"),
         ("connection.port", {"dialect": "mks"}, "can:x:y?bitrate", "can:slcan:/dev/ttyACM0"),
-        ("connection.port", {}, "7", "names no port"),
+        ("connection.port", {}, "7", "names no port of a grbl"),
         ("connection.baud", {}, "7", "from 50 to 4e"),
     ],
 )
