@@ -49,7 +49,6 @@ from kinematics.frames.transforms import Transform, compose, transform, translat
 from kinematics.frames.vectors import unit
 from kinematics.guards import Guards
 from kinematics.presets import ArmModel, Reference
-from kinematics.text import counted
 from kinematics.transmission import MotorSpec, Transmission
 
 # No arm has more links; the time of computations grows with the square of their number.
@@ -144,11 +143,7 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     Raises `ArmFileError` for the first problem.
     """
     problems = Problems()
-    model = _model(TomlTable(document, "", problems), name)
-    problems.require_none()
-    if model is None:
-        raise ArmFileError("the model file describes no arm")
-    return model
+    return problems.required(_model(TomlTable(document, "", problems), name))
 
 
 @dataclass(frozen=True, slots=True)
@@ -235,7 +230,7 @@ def _model(table: TomlTable, name: str) -> Model | None:
         for key in _OF_LINKS:
             if key in document:
                 table.problems.note(f"a model with [[axes]] has no {key}: its frames are found")
-        zero = read_axes(table, MOST_LINKS)
+        zero = read_axes(table)
         if zero is None or table.problems.found:
             return None
         chain = table.problems.attempt(
@@ -319,18 +314,16 @@ class Tip:
             return tip_frame(last, self.point_mm, self.approach, self.normal)
 
 
-def read_axes(table: TomlTable, most: int) -> ZeroPosition | None:
+def read_axes(table: TomlTable) -> ZeroPosition | None:
     """Return the arm that a model file describes by its axes, None if they cannot be read."""
     before = table.problems.count
     rows = table.rows("axes")
     if not rows and table.problems.count == before:
         table.problems.note("a model needs at least one axis, each written under [[axes]]")
-    if len(rows) > most:
-        table.problems.note(f"a model has at most {most} axes, not {len(rows)}")
+    if len(rows) > MOST_LINKS:
+        table.problems.note(f"a model has at most {MOST_LINKS} axes, not {len(rows)}")
         return None
     axes = [_axis(row, number) for number, row in enumerate(rows, 1)]
-    if "tip" not in table.entries:
-        table.problems.note("[tip] is missing: the point of the tool, point_mm = [x, y, z]")
     tip = table.table("tip").section(Tip)
     if table.problems.count > before or tip is None:
         return None
@@ -406,9 +399,7 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
 
 def _of_urdf(place: Path, table: TomlTable) -> Model | None:
     """Read the URDF that an arm file names, and note what is wrong with it."""
-    settings = table.table("urdf").section(UrdfSettings)
-    if settings is None:
-        return None
+    settings = table.table("urdf").section(UrdfSettings) or UrdfSettings()
     return table.problems.attempt(lambda: _urdf_model(place, settings), None)
 
 
@@ -482,16 +473,7 @@ def _transmission(joints: tuple[str, ...], table: TomlTable) -> Transmission | N
     """
     problems = table.problems
     before = problems.count
-    rows = table.rows("motors")
-    if not rows and problems.count == before:
-        problems.note("an arm of a model file needs its motors, each written under [[motors]]")
-    if len(rows) > len(joints) + 1:
-        problems.note(
-            f"{counted(len(joints), 'joint needs', 'joints need')} "
-            f"{counted(len(joints), 'motor')}, or one more for the gripper, not "
-            f"{len(rows)}"
-        )
-        return None
+    rows = table.rows("motors")[: len(joints) + 2]  # more of them are refused, not read
     slides = ["steps_per_mm" in row.entries for row in rows]
     if any(slides[:-1]):
         problems.note("the gripper's motor, the one with steps_per_mm, must be the last")

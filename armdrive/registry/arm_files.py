@@ -83,11 +83,9 @@ def parse_arm(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> 
     Raises `ArmFileError` for the first problem.
     """
     problems = Problems()
-    config = read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
-    problems.require_none()
-    if config is None:
-        raise ArmFileError("the arm file describes no arm")
-    return config
+    return problems.required(
+        read_arm(TomlTable(table, "", problems), _find, name=name, folder=folder)
+    )
 
 
 def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:

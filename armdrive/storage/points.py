@@ -90,8 +90,8 @@ def parse_points(document: str, names: tuple[str, ...]) -> dict[str, Point]:
         require_format(table.entries)
         table.allow([FORMAT_KEY, POINTS])
         points = table.table(POINTS)
-        found = {name: _point(points.table(name), names) for name in points.entries}
-        table.problems.require_none()
+        read = {name: _point(points.table(name), names) for name in points.entries}
+        found = table.problems.required(read)
         return {check_name(name): each for name, each in found.items() if each is not None}
     except (ArmFileError, BadRequest, BadNumber) as error:
         raise PointsFileError(str(error)) from None

@@ -70,10 +70,11 @@ class Problems:
             self.note(str(error))
             return otherwise
 
-    def require_none(self) -> None:
-        """Raise `ArmFileError` for the first problem, if there is one."""
-        if self.found:
+    def required(self, found: S | None) -> S:
+        """Return what was read, or raise `ArmFileError` for the first problem."""
+        if self.found or found is None:
             raise ArmFileError(self.found[0])
+        return found
 
 
 # The keys of a section, as fields of a dataclass.
@@ -257,9 +258,8 @@ class TomlTable:
 def section_of(kind: type[S], data: object, where: str = "", *, whole: bool = True) -> S:
     """Return plain data as a section. Raises `ArmFileError` for the first problem."""
     problems = Problems()
-    section = TomlTable(require_table(data, where), where, problems).section(kind, whole=whole)
-    problems.require_none()
-    return typing.cast(S, section)
+    table = TomlTable(require_table(data, where), where, problems)
+    return problems.required(table.section(kind, whole=whole))
 
 
 def plain(value: Any) -> Any:
