@@ -60,7 +60,6 @@ from firmware_protocol.mks.requests import ReadStall as ReadStall
 from firmware_protocol.mks.requests import ReadState as ReadState
 from firmware_protocol.mks.requests import ReadVersion as ReadVersion
 from firmware_protocol.mks.requests import Request as Request
-from firmware_protocol.mks.requests import SetArrival as SetArrival
 from firmware_protocol.mks.requests import SetBitrate as SetBitrate
 from firmware_protocol.mks.requests import SetCurrent as SetCurrent
 from firmware_protocol.mks.requests import SetHoming as SetHoming

@@ -119,7 +119,6 @@ _Microsteps: TypeAlias = Annotated[
     ),
 ]
 _Node: TypeAlias = Annotated[int, unsigned(2, 1, NODE_MAX)]
-_Word: TypeAlias = Annotated[int, unsigned(2)]
 
 
 @message()
@@ -166,14 +165,6 @@ class SetHoming(Message, code=Code.HOMING):
 
 
 @message()
-class SetArrival(Message, code=Code.ARRIVAL, needs=Ability.ARRIVAL_THRESHOLD):
-    """Set how close to its target a motion must come to be `DONE`; 65535 is one turn."""
-
-    on: Switch
-    threshold: _Word = 200
-
-
-@message()
 class SilenceWatchdog(Message, code=Code.WATCHDOG, needs=Ability.SILENCE_WATCHDOG):
     """Make the drive stop after this long without a request; 0 (the factory setting): never.
 
@@ -210,7 +201,6 @@ Setting: TypeAlias = (
     | SetMicrosteps
     | SetStallProtection
     | SetHoming
-    | SetArrival
     | SilenceWatchdog
     | SetBitrate
     | SetId

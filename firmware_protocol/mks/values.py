@@ -57,7 +57,6 @@ class Code(IntEnum):
     HOMING = 0x90
     HOME = 0x91
     ZERO = 0x92
-    ARRIVAL = 0x95
     WATCHDOG = 0x98
     STATE = 0xF1
     ENABLE = 0xF3
@@ -230,7 +229,7 @@ class Ability(Enum):
     RAW_ENCODER = "read the raw encoder", (1, 0, 6)
     HOMING_BY_COMMAND_READ = "read the state of a commanded homing", (1, 0, 7)
     SYNCHRONOUS_START = "synchronous start", (1, 0, 8)
-    ARRIVAL_THRESHOLD = "set the arrival threshold", (1, 0, 8)
+    ARRIVAL = "a motion is done only when the shaft has arrived", (1, 0, 8)
     # in the manual 1.0.9, not in that of 1.0.6, and in no version note
     VERSION = "read the version", (1, 0, 8)
     SILENCE_WATCHDOG = "silence watchdog", (1, 0, 9)

@@ -31,7 +31,6 @@ SETTINGS = st.one_of(
     st.builds(mks.SetMicrosteps, st.integers(1, 256)),
     st.builds(mks.SetStallProtection, BOOLS),
     st.builds(mks.SetHoming, BOOLS, BOOLS, st.integers(0, 3000), BOOLS, st.integers(0, 2)),
-    st.builds(mks.SetArrival, BOOLS, WORD),
     st.builds(mks.SilenceWatchdog, st.integers(0, 0xFFFFFFFF)),
     st.builds(mks.SetBitrate, st.sampled_from(mks.Bitrate)),
     st.builds(mks.SetId, NODES),

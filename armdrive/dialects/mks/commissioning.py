@@ -9,7 +9,6 @@ from typing import Any
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects import DeviceTools
 from armdrive.dialects.bus.tools import BusTools, CommissioningTools, DriveDialog, DrivePlace
-from armdrive.dialects.exchange import TRIES
 from armdrive.dialects.mks.compare import WantedSetting, value_words, wanted_settings
 from armdrive.dialects.mks.contact import series_words
 from armdrive.dialects.mks.drive import MksDrive
@@ -32,17 +31,14 @@ from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     NODE_DEFAULT,
     NODE_MAX,
-    TARGET_MAX,
     Ability,
     Answered,
-    ArmSynchronous,
     Calibrate,
     Code,
     EmergencyStop,
     Enable,
     EncoderRead,
     Mode,
-    MotorState,
     MoveAbsoluteAxis,
     Outcome,
     ReadEncoder,
@@ -51,15 +47,10 @@ from firmware_protocol.mks import (
     SetCurrent,
     SetId,
     Setting,
-    SetZero,
     SilenceWatchdog,
-    StateRead,
     Status,
 )
 from kinematics.text import counted
-
-# It has arrived within this many counts of its target: under two degrees of its shaft.
-REACHED = 80
 
 
 def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None]:
@@ -69,20 +60,12 @@ def order(io: MksExchange, node: int, message: Request) -> MksScript[bool | None
     return None if reply is None else is_done(reply)
 
 
-def is_at_zero(io: MksExchange, node: int) -> MksScript[bool]:
-    """Return whether a drive that stands at its zero reads so."""
-    found = yield from io.reading(io.drive(node), ReadEncoder())
-    return isinstance(found, EncoderRead) and abs(found.counts) <= REACHED
-
-
 # Calibrating a drive's encoder against its motor. The motor turns, so its shaft must be free.
 
 # The longest time that a calibration is waited for; the manual states none (a guess).
 LONGEST_S = 60.0
 # How often a turning drive is read, which also feeds its watchdog.
 LOOK_S = 0.1
-# A drive that still stands after this time is not calibrating.
-BEGUN_S = 0.5
 _CALIBRATION_ENDS = tuple(
     Status(Code.CALIBRATE, outcome) for outcome in (Outcome.DONE, Outcome.FAILED)
 )
@@ -104,19 +87,14 @@ def calibrate(io: MksExchange, node: int) -> MksScript[bool]:
 
 
 def _calibrated(io: MksExchange, drive: MksDrive) -> MksScript[bool]:
-    began_s = io.now_s
-    look_s, end_s = began_s + LOOK_S, began_s + LONGEST_S
+    look_s, end_s = io.now_s, io.now_s + LONGEST_S
     while io.now_s < end_s:
-        event = yield min(look_s, end_s)
-        answer = event.answer if isinstance(event, Answered) else None
-        if answer in _CALIBRATION_ENDS:
-            return is_done(answer)
-        stands = answer == StateRead(MotorState.STOPPED)
-        if stands and io.now_s > began_s + BEGUN_S:
-            end_s = min(end_s, io.now_s + LOOK_S)  # its final report may still follow
-        if event is None and io.now_s >= look_s:
+        if io.now_s >= look_s:
             look_s = io.now_s + LOOK_S
             io.put(drive, ReadState())
+        event = yield look_s
+        if isinstance(event, Answered) and event.answer in _CALIBRATION_ENDS:
+            return is_done(event.answer)
     return False
 
 
@@ -149,7 +127,6 @@ def try_watchdog(
     drive, share = io.drive(node), None
     try:
         start = yield from io.reading(drive, ReadEncoder())
-        yield from order(io, node, ArmSynchronous(on=False))  # its orders are obeyed at once
         ready = (yield from order(io, node, Enable(on=True))) and (
             yield from write(io, node, SilenceWatchdog(TRIAL_MS), able)
         )
@@ -161,13 +138,10 @@ def try_watchdog(
             if isinstance(at, EncoderRead):
                 share = abs(at.counts - start.counts) / TRIAL_COUNTS
         restored = yield from write(io, node, usual, able)
-        if share is not None and restored:
+        if share is not None:
             back = MoveAbsoluteAxis(start.counts, TRIAL_RPM, TRIAL_ACC)  # type: ignore[union-attr]
             yield from order(io, node, back)
-            end_s = io.now_s + SILENCE_S
-            while io.now_s < end_s:  # readings feed the watchdog
-                yield from io.reading(drive, ReadEncoder())
-                yield from io.pause(io.now_s + LOOK_S)
+            yield from io.pause(io.now_s + SILENCE_S)
     except GeneratorExit:  # the caller has given up
         for _ in range(STOPS):
             io.put(drive, EmergencyStop())
@@ -185,22 +159,14 @@ def write(
     io: MksExchange, node: int, setting: Setting, able: frozenset[Ability]
 ) -> MksScript[bool]:
     """Write a setting, and read it back if the firmware reports it."""
-    for _ in range(TRIES):
-        taken = yield from order(io, node, setting)
-        if Ability.READ_SETTINGS not in able:
-            if taken is not None:
-                return taken
-            continue
-        is_set = yield from io.setting(io.drive(node), setting.code)
-        if is_set == setting or (is_set is None and taken):
-            return True
-    return False
+    drive = io.drive(node)
+    reply = yield from io.ask({drive: setting})
+    if Ability.READ_SETTINGS not in able:
+        return is_done(reply.get(drive))
+    return (yield from io.setting(drive, setting.code)) == setting
 
 
-# A drive that is on the bus: settings, calibration, zero.
-
-# A motor beyond this count is offered a new zero; targets end at four times this count.
-FAR = TARGET_MAX // 4
+# A drive that is on the bus: settings, calibration, watchdog.
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,7 +202,7 @@ class MksDriveAtHand:
         return [each for each in wanted if settings.get(each.setting.code) != each.setting]
 
     def settle(self) -> int:
-        """Write the settings; return the motor current in mA, 0 if nothing was changed."""
+        """Write the settings; return the motor current in mA, 0 if the drive does not have them."""
         current_ma = self._current()
         differing = self._differing(current_ma)
         self._report_lacks()
@@ -248,9 +214,9 @@ class MksDriveAtHand:
             is_set = value_words(self.found.settings.get(each.setting.code))
             before = f"now {is_set}" if is_set else "not reported by this firmware"
             self.dialog.say(f"  {each.what:<18} {before}  ({each.why})")
-        many = f"these {len(differing)} settings" if len(differing) > 1 else "this setting"
         if not self.dialog.agreed(
-            f"Write {many} to drive {self.drive.node}? Nothing turns; the motor may begin to hold.",
+            f"Write these settings to drive {self.drive.node}? Nothing turns; the motor may begin "
+            "to hold.",
             "The drive keeps them without power. no leaves it as it is: "
             f"`{command_line('doctor', '--arm', self.arm.name, '--fix')}` can write them later.",
         ):
@@ -258,10 +224,8 @@ class MksDriveAtHand:
         failed = [each.what for each in differing if not self._write(each.setting)]
         if failed:
             self.dialog.say(f"The drive did not accept: {', '.join(failed)}.")
-        else:
-            reads = Ability.READ_SETTINGS in self.found.able
-            read = "written, and read back" if reads else "written"
-            self.dialog.say(f"{', '.join(each.what for each in differing)}: {read}.")
+            return 0
+        self.dialog.say(f"Written: {', '.join(each.what for each in differing)}.")
         return current_ma
 
     def _write(self, setting: Setting) -> bool:
@@ -302,13 +266,11 @@ class MksDriveAtHand:
                 default="no",
             )
         else:
-            unknown = calibrated is None
-            state = "does not report whether it is" if unknown else "reports that it is not"
             self.dialog.say(
-                f"Drive {self.drive.node} {state} calibrated. Calibration turns the motor by "
-                f"itself, for up to {LONGEST_S:g} s, and only switching its supply off is "
-                "certain to stop it. So the shaft must be free: no belt, no gear, no arm. A drive "
-                "that was sold with its motor usually is calibrated."
+                f"Drive {self.drive.node} does not report that it is calibrated. Calibration turns "
+                f"the motor by itself, for up to {LONGEST_S:g} s, and only switching its supply "
+                "off is certain to stop it. So the shaft must be free: no belt, no gear, no arm. A "
+                "drive that was sold with its motor usually is calibrated."
             )
             wanted = self.dialog.agreed(
                 f"Is the shaft of the {self.drive.name} motor free, and may it turn now?",
@@ -328,30 +290,6 @@ class MksDriveAtHand:
             "for a SERVO42D)."
         )
         return False
-
-    def offer_zero(self) -> None:
-        """Offer a new zero to a drive that is far from its own."""
-        counts = self.found.counts
-        if counts is None or abs(counts) < FAR or Ability.ZERO not in self.found.able:
-            return
-        turns = abs(counts) / COUNTS_PER_TURN
-        if not self.dialog.agreed(
-            f"It is {turns:.0f} turns from its zero, and targets reach only 512. Make its "
-            "present position the zero? Nothing turns; reference the arm afterwards.",
-            "92. A drive counts from where it was switched on, or from where it was homed.",
-        ):
-            return
-        taken = self.dialog.on_wire(order, self.drive.node, SetZero())
-        if not taken:
-            self.dialog.say("The drive did not accept the zero.")
-        elif self.dialog.on_wire(is_at_zero, self.drive.node):
-            self.dialog.say("It counts from here.")
-        else:
-            self.dialog.say(
-                "It accepted the zero, but its reading did not become 0, so its targets may count "
-                "from another place. Switch its supply off and on, which makes both zero, before "
-                "anything turns it."
-            )
 
     def try_watchdog(self) -> None:
         """Offer to try whether it stops by itself on a silent bus, and report what it did."""
@@ -428,7 +366,6 @@ def set_up(dialog: DriveDialog, arm: ArmConfig, drive: DrivePlace, again: bool) 
     # the current first: without enough of it, a calibration never ends
     current_ma = at_hand.settle()
     calibrated = at_hand.calibrate()
-    at_hand.offer_zero()
     if not (current_ma and calibrated):
         return None
     # last, since only a calibrated motor turns as ordered

@@ -12,7 +12,6 @@ from armdrive.dialects.bus.drives import (
     absent_words,
     midway,
     shared_words,
-    unstopped_words,
 )
 from armdrive.dialects.bus.homing import (
     Groups,
@@ -24,7 +23,7 @@ from armdrive.dialects.controller import OVERTRAVEL
 from armdrive.dialects.mks.contact import OWN_ID, adopt_positions, stall_words, stalled_among
 from armdrive.dialects.mks.drive import MksDrive, setting_of
 from armdrive.dialects.mks.exchange import MksExchange, MksScript, Script
-from armdrive.dialects.mks.motion import prepare
+from armdrive.dialects.mks.motion import prepare, unheard
 from armdrive.dialects.mks.stops import halt, relieve
 from armdrive.dialects.mks.survey import is_shared
 from armdrive.tasks import Alert, AlertKind, Done, Halted, Progress, RequestRejected
@@ -89,13 +88,11 @@ def _home_group(io: MksExchange, drives: tuple[MksDrive, ...]) -> Script:
     if search.left:
         began_s = io.now_s
         unstopped = yield from halt(io, search.left, hard=True)
-        if unstopped and (missing := (yield from io.look())):
-            return midway(io.absence(missing, began_s))
         for drive in search.left:
             drive.stand(io.now_s)
         yield from relieve(io, [each for each in drives if each not in unstopped])
         if unstopped:
-            return RequestRejected(unstopped_words(unstopped[0]))
+            return (yield from unheard(io, unstopped, began_s, turning=True))
     if search.wrong:
         return RequestRejected((yield from _explained(io, search)))
     if search.left:

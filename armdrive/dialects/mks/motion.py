@@ -366,7 +366,7 @@ def _halted(io: MksExchange, expected: Expected) -> Script:
     left = yield from halt(io, moving, hard=io.stop_hard)
     if left:
         silent = [drive for drive in left if drive.questions.owes]
-        return (yield from _unheard(io, silent or left, began_s, turning=not silent))
+        return (yield from unheard(io, silent or left, began_s, turning=not silent))
     for motor, drive in enumerate(io.drives):
         low, high = expected(motor, began_s - MAX_DELAY_S)
         low, high = min(low, targets[drive]), max(high, targets[drive])
@@ -389,7 +389,7 @@ def _failed(io: MksExchange, trouble: Trouble) -> Script:
     reply: Reply
     if left or trouble.kind is TroubleKind.SILENT:
         silent = silent or ([] if left else [trouble.drive])
-        reply = yield from _unheard(io, silent or left, began_s, turning=not silent)
+        reply = yield from unheard(io, silent or left, began_s, turning=not silent)
     else:
         alert = yield from explain(io, trouble)
         io.notify(alert)
@@ -400,7 +400,7 @@ def _failed(io: MksExchange, trouble: Trouble) -> Script:
     return reply
 
 
-def _unheard(
+def unheard(
     io: MksExchange, drives: Sequence[MksDrive], since_s: float, *, turning: bool
 ) -> MksScript[Timeout | RequestRejected]:
     """Return the reply about drives that fell silent, or are still turning."""
@@ -420,7 +420,7 @@ def beyond(drive: MksDrive, target: int) -> RequestRejected:
     """Return that a drive cannot take a target."""
     return RequestRejected(
         f"{drive} would turn to {target} counts, beyond the 512 turns that can be commanded: bring "
-        "it near its zero and set a new zero (`armdrive can setup`)",
+        "it near its zero and switch its supply off and on, which makes that place the zero",
         moved=False,
     )
 

@@ -28,7 +28,6 @@ FACTORY: tuple[mks.Setting, ...] = (
     mks.SetMicrosteps(16),
     mks.SetStallProtection(False),
     mks.SetHoming(active_high=False, counter_clockwise=False, speed_rpm=60, limits=False, method=0),
-    mks.SetArrival(True),
     mks.SilenceWatchdog(0),
     mks.SetBitrate(mks.Bitrate.K500),
     mks.SetId(1),
@@ -126,8 +125,8 @@ CREEP_RPM = 40
 STALL_COUNTS = round(COUNTS_PER_TURN / 10)
 # A shaft that is too far from its set-point for this long has stalled.
 STALL_S = 0.05
-# The unit of the threshold of arrival, in a turn.
-ARRIVAL_PER_TURN = 65_536
+# How near its target a motion must come to be done, with the factory's threshold.
+ARRIVAL_COUNTS = 50
 # The homing method that runs against a mechanical stop; 0 searches for the switch.
 AGAINST_A_STOP = 1
 
@@ -368,15 +367,8 @@ class MksNodeMotion:
         asked = self.under_way
         if asked is None or self._seeking or self._point.moving(now_s):
             return
-        self._waits = abs(self._point.end - self._motor.shaft) > self._threshold
+        error = abs(self._point.end - self._motor.shaft)
+        self._waits = self._minds_arrival and error > ARRIVAL_COUNTS
         if not self._waits:
             self._says(asked, Outcome.DONE)
             self.under_way = None
-
-    @property
-    def _threshold(self) -> float:
-        """How near its target a motion must come to be done; older firmware does not check that."""
-        setting = self._flash.of(mks.SetArrival)
-        if not self._minds_arrival or not setting.on:
-            return math.inf
-        return setting.threshold * COUNTS_PER_TURN / ARRIVAL_PER_TURN

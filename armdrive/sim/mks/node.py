@@ -59,7 +59,7 @@ class MksNode:
             motor,
             flash,
             quirks,
-            minds_arrival=mks.Ability.ARRIVAL_THRESHOLD in self.device.abilities,
+            minds_arrival=mks.Ability.ARRIVAL in self.device.abilities,
             says=self.tell,
             lets_go=self._let_go,
         )

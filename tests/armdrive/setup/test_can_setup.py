@@ -82,7 +82,7 @@ def test_after_no_to_every_question_nothing_is_written_or_turned():
 
 
 SETTINGS = {mks.Code.MODE, mks.Code.WATCHDOG}
-TRIAL = {mks.Code.ARM, mks.Code.ENABLE, mks.Code.ABSOLUTE_AXIS}
+TRIAL = {mks.Code.ENABLE, mks.Code.ABSOLUTE_AXIS}
 AFTER = (
     set(),
     {mks.Code.NODE},
@@ -131,6 +131,7 @@ def test_a_drive_that_has_its_id_and_its_settings_is_left_alone_unless_asked_for
     assert bench.codes() <= READING
     assert bench.person.asked == []
     assert bench.one(again=True) == current_ma
+    assert "Its settings are right: mode 5" in bench.person.text
     assert "The watchdog works" in bench.person.text
     bench.board.node(1).set_mode(mks.Mode.PULSE_FOC, bench.board.now_s)
     assert bench.one()
@@ -171,6 +172,21 @@ def test_new_drives_at_once_are_found_out_and_explained(others):
     assert bench.ids() == (1, 2, 1, 1, 1, 1)
 
 
+def test_a_second_new_drive_that_is_plugged_in_late_is_found_out():
+    bench = Bench()
+    late = bench.board.node(3).port
+    bench.at_first_wait(lambda: setattr(late, "plugged", True), lambda: bench.ids()[1] == 2)
+    bench.one()
+    assert "Id 2 answers now, but id 1 still does" in bench.person.text
+
+
+def test_a_drive_of_id_1_may_be_any_new_one_until_a_person_confirms_it():
+    bench = Bench(factory=False)
+    bench.board.node(0).port.plugged = True
+    bench.person.says["drive of the base plugged in"] = "no"
+    assert bench.one("base") is None
+
+
 def test_a_drive_without_power_is_looked_for_with_what_to_check():
     bench = Bench()
     bench.twin.faults.add("drive-dead", "shoulder")
@@ -203,14 +219,7 @@ def test_every_firmware_is_set_up_as_far_as_it_goes(firmware):
     guarded = firmware == "1.0.9"
     assert ("The watchdog works: it stopped after" in bench.person.text) is guarded
     assert ("no watchdog (98" in bench.person.text) is not guarded
-
-
-def test_a_drive_far_from_its_zero_is_offered_a_new_one():
-    bench = Bench()
-    bench.board.nodes[1].motor.zero -= 3_000_000
-    bench.one()
-    assert any(request.code is mks.Code.ZERO and node == 2 for node, request in bench.said)
-    assert abs(bench.board.nodes[1].motor.counts) < 1000
+    assert "did not accept" not in bench.person.text
 
 
 @pytest.mark.parametrize("firmware", amount(["1.0.9"], ["1.0.4", "1.0.9"]))
@@ -305,6 +314,31 @@ def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
     assert "The watchdog did not stop it." in bench.person.text
 
 
+def deaf_to(node, *kinds):
+    """Have a drive ignore these requests."""
+    receive = node.receive
+    node.receive = lambda frame, now_s: (
+        None if isinstance(mks.decode_request(frame), kinds) else receive(frame, now_s)
+    )
+
+
+@pytest.mark.parametrize("kind", [mks.Enable, mks.SilenceWatchdog])
+def test_a_drive_that_is_not_ready_for_the_trial_is_not_turned(kind):
+    bench = ready_for_the_trial()
+    bench.board.nodes[1].flash.put(mks.SilenceWatchdog(500))
+    deaf_to(bench.board.nodes[1], kind)
+    bench.one(again=True)
+    assert "did not take part in the trial" in bench.person.text
+    assert mks.Code.ABSOLUTE_AXIS not in bench.codes()
+
+
+def test_a_drive_that_does_not_accept_a_setting_is_not_ready():
+    bench = Bench()
+    deaf_to(bench.board.nodes[1], mks.SetMode)
+    assert bench.one() is None
+    assert "did not accept: mode 5" in bench.person.text
+
+
 def test_a_motor_that_does_not_turn_says_nothing_about_its_watchdog():
     bench = ready_for_the_trial()
     bench.twin.faults.add("stall", "shoulder")
@@ -333,9 +367,9 @@ def test_a_watchdog_trial_that_is_cut_short_sets_it_back_or_tells_the_user(troub
         if (2, mks.SilenceWatchdog(100)) in bench.said:
             shortened += 1
             told = "The watchdog of drive 2 may still be at 100 ms" in bench.person.text
-            is_set = bench.board.nodes[1].flash.of(mks.SilenceWatchdog) == mks.SilenceWatchdog(500)
-            assert is_set or told
             bench.listen(0.1 if trouble == "interrupted" else 1.0)
+            is_set = bench.board.nodes[1].flash.of(mks.SilenceWatchdog) == mks.SilenceWatchdog(500)
+            assert is_set or (told and trouble == "unplugged")
             assert not bench.board.nodes[1].motor.point.moving(bench.clock.now_s())
     assert shortened > 2
 

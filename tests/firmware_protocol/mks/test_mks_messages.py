@@ -59,7 +59,6 @@ OTHER_REQUESTS = [
     (mks.SetMicrosteps(256), "01 84 00 85"),
     (mks.SetStallProtection(True), "01 88 01 8A"),
     (mks.SetHoming(False, True, 60, True, 1), "01 90 00 01 00 3C 01 01 D0"),
-    (mks.SetArrival(True), "01 95 01 00 C8 5F"),
     (mks.SilenceWatchdog(500), "01 98 00 00 01 F4 8E"),
     (mks.SetBitrate(mks.Bitrate.K1000), "01 8A 03 8E"),
     (mks.SetId(0x123), "01 8B 01 23 B0"),

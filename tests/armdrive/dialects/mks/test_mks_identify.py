@@ -6,6 +6,7 @@ import pytest
 from amounts import every_row
 from can_setup_bench import Bench
 
+from armdrive.dialects.mks.commissioning import alone
 from armdrive.dialects.mks.exchange import SurplusAnswers
 from armdrive.dialects.mks.survey import is_shared, known
 from firmware_protocol.mks import Code
@@ -52,5 +53,8 @@ def test_a_shared_id_is_found_by_its_answers():
     bench = on_bus(0, 1, keeps_angle=True)
     bench.board.node(1).set_id(1, bench.board.now_s)
     assert bench.script(is_shared, 1)
+    assert not bench.script(alone, 1)
     bench.board.node(1).set_id(2, bench.board.now_s)
     assert not bench.script(is_shared, 1)
+    assert bench.script(alone, 1)
+    assert not bench.script(alone, 3)

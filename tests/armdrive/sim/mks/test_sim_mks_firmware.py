@@ -15,7 +15,6 @@ ASKED_FOR = {
     mks.Ability.READ_SETTINGS: mks.ReadSetting(mks.Code.MODE),
     mks.Ability.RAW_ENCODER: mks.ReadRawEncoder(),
     mks.Ability.SYNCHRONOUS_START: mks.ArmSynchronous(True),
-    mks.Ability.ARRIVAL_THRESHOLD: mks.SetArrival(True),
     mks.Ability.VERSION: mks.ReadVersion(),
     mks.Ability.SILENCE_WATCHDOG: mks.SilenceWatchdog(100),
 }
