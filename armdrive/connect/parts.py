@@ -147,8 +147,9 @@ async def assemble(
             operator, simulated,
         )  # fmt: skip
         tracer.begin(config, link.description, pace.now_s, core.condition, pace.lock)
+        record = connecting.believe_record(core, pace.now_s())
         pace.start(driven.engine)  # from here on another thread may call the engine
-        await runner.perform(connecting.connect(driven.context))
+        await runner.perform(connecting.connect(driven.context, record))
         with pace.lock:
             tracer.opened()
         opened.pop_all()

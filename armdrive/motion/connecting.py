@@ -1,6 +1,6 @@
 """Connecting an arm, its motor current and its errors, idle polling, and a link that came back.
 
-Here is decided what a saved position is worth when an arm connects (`_believe_record`), what an
+Here is decided what a saved position is worth when an arm connects (`believe_record`), what an
 arm may believe after a lost link (`recover`), and when a standing arm is polled and its position is
 saved (`Idling`). Nothing here moves the arm.
 """
@@ -42,17 +42,40 @@ from armdrive.tasks import (
 # Connecting, and the motor current.
 
 
-def connect(context: MotionContext) -> TaskBody[None]:
-    """Find the controller and restore the recorded position. Moves nothing."""
+def believe_record(core: Core, now_s: float) -> Record | None:
+    """Take up the trust of the saved position; return its record, if there is one to compare.
+
+    This comes before the engine first reads the link, so that whatever the device reports is
+    evidence about that position.
+    """
     try:
-        yield from _connect(context)
+        record = core.memory.load(
+            core.config.name, core.config.calibration, core.controller.abilities.motors
+        )
+    except StateFileError as error:
+        core.learn(Evidence.RECORD_UNUSABLE, now_s, str(error))
+        return None
+    if record is None or record.trust == Trust.UNKNOWN.value:
+        core.learn(Evidence.NO_RECORD, now_s)
+        return None
+    core.learn(Evidence.RECORD_MATCHES, now_s)
+    if record.trust == Trust.SUSPECT.value:
+        core.belief = Belief(Trust.SUSPECT, record.reason, now_s)
+    if record.in_motion:
+        core.learn(Evidence.ENDED_IN_MOTION, now_s)
+    return record
+
+
+def connect(context: MotionContext, record: Record | None) -> TaskBody[None]:
+    """Find the controller and restore the position of a record. Moves nothing."""
+    try:
+        yield from _connect(context, record)
     except NoAnswer as error:  # an arm that is not connected cannot be reset
         raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
-def _connect(context: MotionContext) -> TaskBody[None]:
+def _connect(context: MotionContext, record: Record | None) -> TaskBody[None]:
     core = context.core
-    record = _believe_record(context)
     registers = yield from _meet(context)
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
@@ -84,31 +107,6 @@ def _compared(context: MotionContext, registers: Registers, same: bool) -> Evide
     if not registers.positions.largest and (opening_reset or not same):
         return Evidence.CONTROLLER_RESTARTED
     return None if same else Evidence.RECORD_DIFFERS
-
-
-def _believe_record(context: MotionContext) -> Record | None:
-    """Take up the trust of the saved position; return its record, if there is one to compare.
-
-    This comes before the first exchange, so that whatever the device reports is evidence about
-    that position.
-    """
-    core = context.core
-    try:
-        record = core.memory.load(
-            core.config.name, core.config.calibration, core.controller.abilities.motors
-        )
-    except StateFileError as error:
-        core.learn(Evidence.RECORD_UNUSABLE, context.now_s, str(error))
-        return None
-    if record is None or record.trust == Trust.UNKNOWN.value:
-        core.learn(Evidence.NO_RECORD, context.now_s)
-        return None
-    core.learn(Evidence.RECORD_MATCHES, context.now_s)
-    if record.trust == Trust.SUSPECT.value:
-        core.belief = Belief(Trust.SUSPECT, record.reason, context.now_s)
-    if record.in_motion:
-        core.learn(Evidence.ENDED_IN_MOTION, context.now_s)
-    return record
 
 
 def _take_up_position(context: MotionContext, record: Record | None, registers: Registers) -> None:

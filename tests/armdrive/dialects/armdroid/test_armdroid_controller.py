@@ -346,6 +346,17 @@ def test_motors_reported_off_while_connecting_make_the_record_untrusted(left):
     assert again.status.trust is Trust.SUSPECT
 
 
+def test_motors_reported_off_before_the_first_request_make_the_record_untrusted(
+    left, monkeypatch
+):
+    twin, recorder = left
+    parts, read = iter([b"torque = disabled\r\n"]), twin.link.read
+    monkeypatch.setattr(twin.link, "read", lambda now_s: next(parts, b"") + read(now_s))
+    arm = Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder, allow_restored=True))
+    assert arm.status.trust is Trust.SUSPECT
+    assert "motors off" in arm.status.trust_reason
+
+
 def test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed(left):
     twin, recorder = left
     arm = Arm(connect_simulated(CONFIG, twin=twin, record_store=recorder, allow_restored=True))
