@@ -49,6 +49,7 @@ class Memory:
         record = self._store.load()
         if record is not None:
             record.require_owner(arm, calibration, motors)
+            self._writer.found(record)
         return record
 
     def taken_up(self) -> None:

@@ -62,6 +62,12 @@ class Record:
     taken: tuple[int, ...] = setting((), low=-STEPS_MOST, high=STEPS_MOST)
     unsure: tuple[int, ...] = ()
 
+    def is_at(self, other: Record) -> bool:
+        """Return whether both are of the same position, whatever their marks and their trust."""
+        return self == replace(
+            other, trust=self.trust, reason=self.reason, in_motion=self.in_motion
+        )
+
     def require_owner(self, arm: str, calibration: str, motors: int) -> None:
         """Raise `StateFileError` unless the record is of this arm, with this calibration."""
         if self.arm != arm:
@@ -234,7 +240,7 @@ class WriteOutcome:
 
 
 class RecordWriter:
-    """Writes records to the disk, and removes the old record if a new one cannot be written.
+    """Writes records to the disk. Where one cannot be written, an old one that is wrong is removed.
 
     Without `wake`, `put` writes at once: simulated time stands still meanwhile, and runs repeat.
     With `wake`, a thread writes and calls `wake` after each record. The thread exists only while
@@ -246,11 +252,17 @@ class RecordWriter:
         self.outcome = WriteOutcome()
         self._store = store
         self._wake = wake
+        self._left: Record | None = None
+        """The record on the disk; None if there may be none, or another."""
         self._ended = False
         self._number = 0
         self._turn = threading.Condition()
         self._waiting: Record | None = None
         self._at_work = False
+
+    def found(self, record: Record) -> None:
+        """Note the record of an earlier program, which is on the disk."""
+        self._left = record
 
     # -- accepting records --------------------------------------------------------------------
 
@@ -311,14 +323,16 @@ class RecordWriter:
             words = "" if self._ended else self._failed(record, error)
             self.outcome = replace(self.outcome, number=number, error=words)
         else:
+            self._left = record
             self.outcome = WriteOutcome(number, "", record, number)
 
     def _failed(self, record: Record, error: Exception) -> str:
-        """Remove the old record, which the next program would believe; return what went wrong."""
+        """Remove the old record unless it is still true; return what went wrong."""
         words = reason_of(error)
-        # Nothing moves without this mark, so the old record stays true as long as it is believed.
-        if record.in_motion and record.trust in BELIEVED_WORDS:
+        believed = record.trust in BELIEVED_WORDS
+        if believed and self._left is not None and record.is_at(self._left):
             return words
+        self._left = None
         try:
             self._store.remove()
         except OSError as another:

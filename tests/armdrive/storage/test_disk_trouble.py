@@ -250,6 +250,8 @@ def test_without_room_for_the_mark_nothing_moves_and_the_position_stays_known(ro
         arm.move_j(base_deg=4.0)
     assert arm.status.state is State.STANDBY
     assert life.motors == before
+    arm.sleep(3.0)  # the mark is taken away meanwhile, in vain too
+    assert not from_text(life.disk.after_kill(PATH)).in_motion
     life.disk.room = math.inf
     arm.move_j(base_deg=4.0)
     assert life.motors != before

@@ -151,18 +151,33 @@ def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path)
     assert recorder.load() == good
 
 
-@pytest.mark.parametrize("trust", ["suspect", "referenced"])
-def test_a_record_that_cannot_be_written_leaves_no_position_that_is_doubted_now(tmp_path, trust):
-    class Full(StateFiles):
-        def write(self, handle, data):
-            raise OSError(28, "No space left on device")
+class Full(StateFiles):
+    def write(self, handle, data):
+        raise OSError(28, "No space left on device")
 
+
+def test_a_mark_that_cannot_be_written_leaves_no_position_of_an_earlier_reference(tmp_path):
+    """The record of the new reference was dropped on a slow disk, in favour of the mark."""
     path = tmp_path / "arm.json"
     good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "as it was left")
     RecordFile(path).save(good)
     writer = RecordWriter(RecordFile(path, Full()))
+    writer.found(good)
+    writer.put(replace(good, offset=(1, 7), trust="referenced", in_motion=True))
+    assert not path.exists()
+
+
+@pytest.mark.parametrize("trust", ["suspect", "referenced"])
+def test_a_record_that_cannot_be_written_leaves_no_position_that_is_doubted_now(tmp_path, trust):
+    path = tmp_path / "arm.json"
+    good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "as it was left")
+    RecordFile(path).save(good)
+    writer = RecordWriter(RecordFile(path, Full()))
+    writer.found(good)
     writer.put(replace(good, trust=trust, in_motion=True))  # the mark of a motion that begins
     assert "No space" in writer.outcome.error
+    assert path.exists() is (trust == "referenced")
+    writer.put(replace(good, trust=trust))  # the arm has stood for two seconds
     assert path.exists() is (trust == "referenced")
     writer.put(replace(good, trust="referenced", offset=(1, 7)))
     assert not path.exists()
