@@ -155,7 +155,8 @@ class TaskRunner:
     async def _waited(self, task: Task[Any], timeout_s: float) -> bool:
         """Wait for a task to end, with a timeout for its motion at full speed.
 
-        The time that the motion waits in a pause does not count, and slowed time counts for less.
+        Time in a pause does not count, and slowed time counts for less. Where the motion waits for
+        the end of the pause by itself, it gives up first.
         """
         speed_override, simulated = self.core.speed_override, not self.pace.real_time
 
@@ -164,12 +165,16 @@ class TaskRunner:
                 speed_override.breathe()
             return task.done
 
-        while timeout_s > LEAST_S:
+        paused_s, most_s = 0.0, speed_override.longest_s + PATIENCE_S
+        while timeout_s > LEAST_S and paused_s < most_s:
             began_s, share = self.pace.now_s(), speed_override.override
             if await self.wait(ended, min(timeout_s / share, SLICE_S)):
                 return True
-            if not speed_override.waits:
-                timeout_s -= (self.pace.now_s() - began_s) * share
+            took_s = self.pace.now_s() - began_s
+            if speed_override.paused:
+                paused_s += took_s
+            else:
+                timeout_s -= took_s * share
         return False
 
     # -- requirements of a call ---------------------------------------------------------------

@@ -11,6 +11,7 @@ from faults import standing
 from waiting import soon
 
 from armdrive import Arm, Jog
+from armdrive.connect import runner
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.errors import (
@@ -20,10 +21,13 @@ from armdrive.errors import (
     NotReferenced,
     WrongState,
 )
+from armdrive.runtime import overrides
 from armdrive.status import State, Trust
 from armdrive.storage.record import RecordFile
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
+STREAMED = "cia402"
+"""Its drives get targets in each cycle, also while they stand in a pause."""
 two_kinds = pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
 """Conformance does the same for all dialects."""
 
@@ -221,6 +225,26 @@ def test_a_paused_script_on_simulated_time_waits_for_a_resume():
     soon(arm.resume)
     arm.move_j(base_deg=10.0)
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED, STREAMED])
+def test_time_in_a_pause_does_not_count_towards_a_motions_timeout(monkeypatch, dialect):
+    monkeypatch.setattr(overrides, "NAP_S", 0.0)  # no other thread resumes it
+    arm = standing(dialect)
+    handle, _ = paused(arm)
+    handle._timeout_s = 5.0
+    device = arm.twin.device
+    device.at(device.now_s + 2.0 * handle._timeout_s, arm.resume)
+    handle.wait()
+    assert arm.joints.deg["base"] == pytest.approx(WAY_DEG, abs=0.1)
+
+
+def test_a_stream_that_stands_in_an_endless_pause_does_not_hang(monkeypatch):
+    monkeypatch.setattr(overrides, "LONGEST_SIMULATED_WAIT_S", 4.0)
+    monkeypatch.setattr(runner, "PATIENCE_S", 2.0)
+    handle, _ = paused(standing(STREAMED))
+    with pytest.raises(NoAnswer, match="had not ended"):
+        handle.wait()
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):

@@ -346,9 +346,7 @@ def test_motors_reported_off_while_connecting_make_the_record_untrusted(left):
     assert again.status.trust is Trust.SUSPECT
 
 
-def test_motors_reported_off_before_the_first_request_make_the_record_untrusted(
-    left, monkeypatch
-):
+def test_motors_reported_off_before_the_first_request_make_the_record_untrusted(left, monkeypatch):
     twin, recorder = left
     parts, read = iter([b"torque = disabled\r\n"]), twin.link.read
     monkeypatch.setattr(twin.link, "read", lambda now_s: next(parts, b"") + read(now_s))
