@@ -46,7 +46,7 @@ Json = dict[str, Any]
 
 MOST_REQUEST_BYTES = 4096  # ten times the longest request
 MOST_CALLERS = 64  # at a time, each in a thread
-MOST_WATCHERS = 16  # programs that watch, follow or tap an arm at a time
+MOST_WATCHERS = 16  # programs that watch or tap an arm at a time
 RETRY_S = 0.1  # pause after a failed accept, for instance when the system has no file handle left
 
 

@@ -284,7 +284,7 @@ def test_bytes_prepared_before_a_suspension_are_not_sent_after_it(dialect):
         assert arm.status.state is State.STANDBY
 
 
-# -- Lateness --------------------------------------------------------------------------------------
+# -- Scheduling jitter -----------------------------------------------------------------------------
 
 
 @given(st.lists(st.floats(-0.5, 3.0), min_size=1))
