@@ -16,7 +16,6 @@ from armdrive.storage.point_file import Points, points_of
 from armdrive.text.reading import read_text
 from kinematics.errors import suggestion
 
-DEFAULT_FILE = "default"
 # The most bytes that are read of the file with the default arm's name.
 LARGEST_BYTES = 4096
 
@@ -37,13 +36,8 @@ def _default_path() -> Path:
 
 
 def default_arm() -> str:
-    """Return the default arm: ARMDRIVE_ARM, the chosen one, `default.toml`, or a simulated one."""
-    named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
-    if named:
-        return named
-    if arm_path(DEFAULT_FILE).is_file():
-        return DEFAULT_FILE
-    return DEFAULT_TARGET
+    """Return the default arm: ARMDRIVE_ARM, the chosen one, or a simulated one."""
+    return os.environ.get("ARMDRIVE_ARM") or chosen_default() or DEFAULT_TARGET
 
 
 def chosen_default() -> str | None:

@@ -65,28 +65,6 @@ ROWS = MappingProxyType({name: row for rows in GROUPS.values() for name, row in 
 
 COMMANDS = tuple(ROWS)
 
-# Words that people try, and what to type instead: each thing has one name here.
-INSTEAD: Mapping[str, str] = MappingProxyType(
-    {
-        "close": "armdrive move --gripper 0",
-        "desk": "armdrive jog",
-        "estop": "armdrive stop",
-        "go": "armdrive points go NAME",
-        "goto": "armdrive points go NAME",
-        "gripper": "armdrive move --gripper MM",
-        "halt": "armdrive stop",
-        "open": "armdrive move --gripper MM",
-        "origin": "armdrive home",
-        "park": "armdrive move --park",
-        "play": "armdrive run PROGRAM",
-        "ready": "armdrive move --park",
-        "reference": "armdrive home",
-        "setup": "armdrive config new",
-        "simulate": "armdrive sim DIALECT",
-        "zero": "armdrive home",
-    }
-)
-
 # `armdrive help exit-codes` prints the table below.
 EXIT_CODES_TOPIC = "exit-codes"
 

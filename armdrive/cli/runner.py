@@ -16,7 +16,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from armdrive.cli.commands import COMMANDS, FAULT, INSTEAD, INTERRUPTED, REFUSED, USAGE
+from armdrive.cli.commands import COMMANDS, FAULT, INTERRUPTED, REFUSED, USAGE
 from armdrive.cli.options import JSON_OPTION, CommandParser, Declare, help_of
 from armdrive.cli.presenter import (
     ERROR_LABEL,
@@ -108,12 +108,8 @@ def refuse(words: list[str]) -> int:
     """Say that there is no such command, and what to type instead; return the exit code."""
     _fill_closed_streams()
     word = words[0]
-    if word in INSTEAD:
-        hint = f"type `{INSTEAD[word]}`"
-    elif near := nearest_word(word, COMMANDS):
-        hint = f"did you mean `armdrive {near}`?"
-    else:
-        hint = "`armdrive --help` lists all commands"
+    near = nearest_word(word, COMMANDS)
+    hint = f"did you mean `armdrive {near}`?" if near else "`armdrive --help` lists all commands"
     options = argparse.Namespace(json=JSON_OPTION in words)
     return _say(options, BadRequest(f"there is no command {word!r}: {hint}"), USAGE)
 

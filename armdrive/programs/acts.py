@@ -9,13 +9,13 @@ says so, s; `speed` is a fraction of the limits.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 from armdrive.arm import Arm
 from armdrive.moves import GraspMove, GripperMove, Motion, MoveSequence, ParkMove
-from armdrive.programs.language.values import PlaceValue, Value
+from armdrive.programs.language.values import PlaceValue
 from armdrive.programs.problems import SourceMark
 from armdrive.text.json_forms import move_to_json
 
@@ -91,10 +91,9 @@ class Remember:
 
 @dataclass(frozen=True, slots=True)
 class Say:
-    """Show the person a line of text, made of values."""
+    """Show the person a line of text."""
 
     text: str
-    values: tuple[Value, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -128,7 +128,7 @@ _PLACE = record(
 )
 
 
-def to_json(value: Value) -> Json:
+def _to_json(value: Value) -> Json:
     """Return a value as plain JSON data."""
     return _PLACE.write(value) if isinstance(value, PlaceValue) else value
 
@@ -139,7 +139,7 @@ def _from_json(data: Json, where: str) -> Value:
     return _PLACE.read(data, where) if isinstance(data, dict) else NUMBER.read(data, where)
 
 
-VALUE: Form[Value] = Form(to_json, _from_json, {})
+VALUE: Form[Value] = Form(_to_json, _from_json, {})
 _TRUTH: Form[bool] = Form(bool, lambda data, _: bool(data), {})
 _FRAME = record(
     Frame, block=WHOLE, at=WHOLE, begun=WHOLE, rounds=optional(WHOLE), own=optional(by_name(VALUE))
@@ -434,7 +434,7 @@ def _hold(context: LineContext) -> None:
 
 def _type(context: LineContext) -> None:
     values = _values(context)
-    context.ask(Say(values_text(values), tuple(values)))
+    context.ask(Say(values_text(values)))
 
 
 # Going on.

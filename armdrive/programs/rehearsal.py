@@ -521,10 +521,8 @@ def rehearsal_lines(rehearsal: Rehearsal, lines: SourceLines) -> list[str]:
         repeated = f" x {times}" if times > 1 else ""
         text = lines.get((took.mark.file, line), took.what).strip()
         found.append(f"{duration(took.took_s / times):>12}{repeated:<6} {line_words(line, text)}")
-    runs = len([loop for loop in rehearsal.loops if loop])
-    loops = f", {runs} loops" if runs > 1 else ""
     acts = counted(sum(map(len, rehearsal.loops)), "act")
-    found.append(f"{duration(rehearsal.took_s):>12} for {acts}{loops}{rehearsal.end_words}")
+    found.append(f"{duration(rehearsal.took_s):>12} for {acts}{rehearsal.end_words}")
     return found + [f"assumed: {each}" for each in rehearsal.assumptions]
 
 

@@ -1,7 +1,7 @@
 """The shell: carries out on an arm what is typed at a prompt, and answers its own words.
 
 Each of its own words is a row of the table at the end, from which help, completion and docs are
-made. A row's function yields replies, and entries that have to be carried out first.
+made. A row's function yields replies.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from armdrive.programs.language.words import (
 from armdrive.programs.program import (
     ArmProgram,
     Machine,
+    Program,
     program_path,
     read_program,
-    read_program_file,
 )
 from armdrive.programs.running import (
     AfterAct,
@@ -42,7 +42,7 @@ from armdrive.programs.running import (
     RunPerson,
     RunPlan,
 )
-from armdrive.programs.session import PromptEntry, Session
+from armdrive.programs.session import Session
 from armdrive.registry import dialect
 from armdrive.sim.world import World
 from armdrive.sim.world.table import PARTS, block_of
@@ -56,8 +56,8 @@ class Left(Exception):
     """The person is done."""
 
 
-# What one of the shell's own words has to say, and the entry that it makes.
-Answers: TypeAlias = Iterator[str | PromptEntry]
+# What one of the shell's own words has to say.
+Answers: TypeAlias = Iterator[str]
 
 # A word and the text after it; `list = 3` assigns a value instead.
 _LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
@@ -100,21 +100,20 @@ class Shell:
         row = None if match is None else OWN_WORDS.get(match[1].lower())
         return None if match is None or row is None else row.answer(self, match[2] or "")
 
-    def read(self, line: str, position: int) -> PromptEntry | None:
+    def read(self, line: str, position: int) -> Program | None:
         """Read a line of an entry; return the entry that it completes, if it does.
 
         `position` is the line's number in the input. Raises `ProgramError`.
         """
-        self.session.book = frozenset(self.arm.points)
         return self.session.take(line, position)
 
-    def machine(self, entry: PromptEntry) -> Machine:
+    def machine(self, entry: Program) -> Machine:
         """Return the machine of an entry, with the arm's present points."""
-        return ArmProgram(entry.program, self.arm.config).machine()
+        return ArmProgram(entry, self.arm.config).machine()
 
     def carry_out(
         self,
-        entry: PromptEntry,
+        entry: Program,
         machine: Machine,
         person: RunPerson,
         *,
@@ -170,16 +169,7 @@ def _help(shell: Shell, rest: str) -> Answers:
 
 
 def _list(shell: Shell, _: str) -> Answers:
-    for number, texts in shell.session.kept.items():
-        first, *others = "\n".join(text for _, text in texts).split("\n")
-        yield "\n".join([f"{number:>4}  {first}", *(f"      {line}" for line in others)])
-    if not shell.session.kept:
-        yield "nothing has been carried out yet"
-
-
-def _drop(shell: Shell, rest: str) -> Answers:
-    shell.session.drop(rest)
-    yield f"entry {rest} is out of the list"
+    yield shell.session.text.rstrip("\n") or "nothing has been carried out yet"
 
 
 def _save(shell: Shell, rest: str) -> Answers:
@@ -189,12 +179,6 @@ def _save(shell: Shell, rest: str) -> Answers:
     count = counted(shell.save(path, over=force), "line is", "lines are")
     check = command_line("run", path, "--check")
     yield f"{count} in {path}: rehearse the program with `{check}`"
-
-
-def _load(shell: Shell, rest: str) -> Answers:
-    path = program_path(rest, "load stack.arm")
-    yield shell.session.load(read_program_file(path), str(path))
-    yield f"the subprograms, points and values of {path} are known; `names` lists them"
 
 
 def _new(shell: Shell, _: str) -> Answers:
@@ -323,9 +307,7 @@ OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({row.pattern.split()[0]: row
     OwnWord("status", "Everything known about the arm.", _status),
     OwnWord("names", "The values, subprograms and points that are known.", _names),
     OwnWord("list", "The lines carried out so far, as a program.", _list),
-    OwnWord("drop NUMBER", "Remove an entry from the list. Undoes nothing.", _drop),
     OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
-    OwnWord("load FILE.arm", "Take a file's subprograms, points and values.", _load),
     OwnWord("new", "Forget names, subprograms and the list.", _new),
     OwnWord(f"put {PARTS}", "Put a block on a simulated arm's table, or move it there, mm.", _put),
     OwnWord("blocks", "Where the blocks of a simulated arm stand.", _blocks),

@@ -97,8 +97,7 @@ def unpressed() -> bool:
 class RunTerminal:
     """Shows what a program says; while it waits for a person the arm is paused, as by `pause`.
 
-    `keys` watches for Enter while the program waits for a person; None without a keyboard. `say`
-    shows the program's texts, instead of `shown`.
+    `keys` watches for Enter while the program waits for a person; None without a keyboard.
     """
 
     def __init__(
@@ -106,9 +105,8 @@ class RunTerminal:
         arm: Arm,
         shown: Display,
         keys: Callable[[], AbstractContextManager[Pressed]] | None,
-        say: Callable[[str], None] | None = None,
     ) -> None:
-        self.say = say or shown.say
+        self.say = shown.say
         self._arm = arm
         self._shown = shown
         self._keys = keys

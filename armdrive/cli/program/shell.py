@@ -11,7 +11,6 @@ import contextlib
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from types import MappingProxyType, ModuleType
 
 from armdrive.arm import Arm
@@ -26,16 +25,11 @@ from armdrive.errors import ArmError, BadRequest, OperatorNeeded
 from armdrive.errors.actions import SHELL
 from armdrive.errors.printable import in_words
 from armdrive.errors.table import tagged
-from armdrive.programs.acts import Say
-from armdrive.programs.interpreter import to_json
 from armdrive.programs.problems import ProgramError, SourceLines, SourceMark, mark_of
-from armdrive.programs.program import Machine
-from armdrive.programs.session import PromptEntry
+from armdrive.programs.program import Program
 from armdrive.programs.shell import INPUT, Answers, Left, Shell, known_words
 from armdrive.setup.keyboard import raw_terminal
 from armdrive.status import IMMOBILE, WAYS_OUT, pose_view
-from armdrive.storage import files as places
-from armdrive.storage.files import DISK, replace_file
 from kinematics.errors import KinematicsError
 from kinematics.text import sentence
 
@@ -47,25 +41,18 @@ except ImportError:  # Windows
 else:
     READLINE = readline
 
-HISTORY = "shell_history"
-LARGEST_BYTES = 1_000_000  # of the history: its last lines, where it has grown longer
-# Lines that the history keeps.
-MOST_LINES = 1000
-
 NOTHING: SourceLines = MappingProxyType({})
 
 # What stands between two words.
 BREAKS = ' \t\n(),=+-*/<>%"'
 
 
-@contextlib.contextmanager
-def completed_lines(words: Callable[[], Sequence[str]]) -> Iterator[None]:
-    """Give typed lines a history and completion, where this system has readline.
+def complete_lines(words: Callable[[], Sequence[str]]) -> None:
+    """Complete typed words on Tab, where this system has readline.
 
     `words` returns what there is to complete now.
     """
     if READLINE is None:
-        yield
         return
     found: list[str] = []
 
@@ -76,37 +63,10 @@ def completed_lines(words: Callable[[], Sequence[str]]) -> Iterator[None]:
             found[:] = sorted({each for each in words() if each.lower().startswith(low)})
         return found[state] if state < len(found) else None
 
-    _read_history(READLINE)
-    READLINE.set_history_length(MOST_LINES)
     READLINE.set_completer_delims(BREAKS)
     READLINE.set_completer(complete)
     libedit = "libedit" in (READLINE.__doc__ or "")
     READLINE.parse_and_bind("bind ^I rl_complete" if libedit else "tab: complete")
-    try:
-        yield
-    finally:
-        with contextlib.suppress(OSError):  # a full disk keeps no history, and nothing worse
-            _write_history(READLINE)
-        READLINE.set_completer(None)
-
-
-def _read_history(readline: ModuleType) -> None:
-    """Recall what was typed before. readline's own reading waits for pipes."""
-    try:
-        data = DISK.read(places.states() / HISTORY, LARGEST_BYTES)
-    except OSError:
-        return
-    for line in data.decode("utf-8", errors="replace").splitlines():
-        readline.add_history(line)
-
-
-def _write_history(readline: ModuleType) -> None:
-    """Keep the last lines. Raises `OSError`."""
-    last = readline.get_current_history_length()
-    numbers = range(max(last - MOST_LINES, 0) + 1, last + 1)
-    lines = [readline.get_history_item(number) or "" for number in numbers]
-    text = "\n".join(lines).encode("utf-8", errors="replace")  # a terminal may send any bytes
-    replace_file(places.states() / HISTORY, text.decode("utf-8"))
 
 
 # What the person at the prompt answers, and what they are shown.
@@ -165,32 +125,24 @@ class ShellTerminal:
         try:
             with self._stopped():
                 for each in answers:
-                    if isinstance(each, str):
-                        self.display().tell({"event": "reply", "text": each}, each)
-                    else:
-                        self._carry_out(each)
-        except ArmError as error:
-            silent = self.shell.typing or self._as_json
-            if not (silent or isinstance(error, ProgramError)):
+                    self.display().tell({"event": "reply", "text": each}, each)
+        except ArmError:
+            if not (self.shell.typing or self._as_json):
                 complain(str(SourceMark(position, 1, INPUT)))
             raise
 
-    def _carry_out(self, entry: PromptEntry) -> None:
+    def _carry_out(self, entry: Program) -> None:
         """Carry an entry out, shown as it is."""
         shell = self.shell
         machine = shell.machine(entry)
-        shown = self.display(entry.program.lines)
+        shown = self.display(entry.lines)
         keys = keys_at_prompt if shell.typing else None  # lines of a pipe are no answers
-        show_values = partial(self._say_values, machine) if entry.says else None
-        person = RunTerminal(shell.arm, shown, keys, show_values)
+        person = RunTerminal(shell.arm, shown, keys)
         with shown.shown(), self._stopped(ends=not shell.typing):
             shown.run.use(shell.arm)
             try:
-                if entry.says:
-                    shell.carry_out(entry, machine, person)
-                else:
-                    before, after = [shown.begins], [shown.ended]
-                    shell.carry_out(entry, machine, person, before=before, after=after)
+                before, after = [shown.begins], [shown.ended]
+                shell.carry_out(entry, machine, person, before=before, after=after)
             except BaseException as error:
                 self._failed(entry, error, shown)
                 raise
@@ -200,19 +152,11 @@ class ShellTerminal:
         arms = [self.shell.arm]
         return stopped_by_interrupt(lambda: arms, ends=ends, as_json=self._as_json)
 
-    def _say_values(self, machine: Machine, text: str) -> None:
-        """Say values: to programs as such."""
-        stage = machine.next()
-        values = stage.act.values if stage is not None and isinstance(stage.act, Say) else ()
-        view = {"event": "value", "values": list(map(to_json, values)), "text": text}
-        self.display().tell(view, text)
-
-    def _failed(self, entry: PromptEntry, error: BaseException, shown: Display) -> None:
+    def _failed(self, entry: Program, error: BaseException, shown: Display) -> None:
         """Show where an entry ended early, unless it is the only line, which was just typed."""
         at = self.shell.at
         mark = mark_of(error, None if at is None else at.mark)
-        program = entry.program
-        seen = mark is not None and mark.file == program.file and "\n" not in program.text
+        seen = mark is not None and mark.file == entry.file and "\n" not in entry.text
         if self._as_json or not (self.shell.typing and seen):
             shown.failed(mark, error, "")
 
@@ -279,13 +223,13 @@ def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
 def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     """Take lines at a prompt until the person leaves."""
     terminal = ShellTerminal(arm, options, typing=True)
-    with completed_lines(lambda: known_words(terminal.shell)):
-        put("`help` lists the words; Ctrl-D or `quit` leaves\n")
-        shown = ""
-        with contextlib.suppress(Left):
-            while True:
-                shown = _tell_news(arm, shown)
-                _take_typed(terminal)
+    complete_lines(lambda: known_words(terminal.shell))
+    put("`help` lists the words; Ctrl-D or `quit` leaves\n")
+    shown = ""
+    with contextlib.suppress(Left):
+        while True:
+            shown = _tell_news(arm, shown)
+            _take_typed(terminal)
     return 0
 
 

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import isfinite
 
-from armdrive.programs.language.grammar import unknown_word
 from armdrive.programs.language.syntax import (
     Assign,
     Call,
@@ -260,9 +259,8 @@ class _Checker:
         called = self._names.subprograms.get(line.name.lower())
         if called is None:
             subprograms = (each.name for each in self._names.subprograms.values())
-            unknown = f"there is no word and no subprogram {line.name!r}"
-            known = (*subprograms, *WORDS, *SHAPES)
-            self._wrong(line.mark, unknown_word(line.name, known) or unknown)
+            near = suggestion(line.name.lower(), (*subprograms, *WORDS, *SHAPES))
+            self._wrong(line.mark, f"there is no word and no subprogram {line.name!r}{near}")
             return
         for value in line.arguments[: len(called.parameters)]:
             if self._kind(value) is ValueKind.TEXT:

@@ -43,42 +43,19 @@ from kinematics.errors import suggestion
 
 # Sentences about a line that cannot be read.
 
-# Words of other languages and of older programs, and what to write instead.
-FOREIGN: Mapping[str, str] = MappingProxyType({
-    "for": "`repeat 3 as i`",
-    "elif": "`else if`",
-    "endif": "`end`",
-    "wend": "`end`",
-    "next": "`end` or `continue`",
-    "until": "`while not ...`",
-    "print": "`type`",
-    "say": "`type`",
-    "sleep": "`delay`",
-    "wait": "`wait_input 2` to wait for input 2, or `delay 2` to wait for 2 seconds",
-    "gosub": "the name of a subprogram, as `fetch(pick)`",
-    "call": "the name of a subprogram, as `fetch(pick)`",
-    "def": "`define`",
-    "sub": "`define`",
-    "let": "`x = 3`",
-    "set": "`x = 3`",
-})  # fmt: skip
-
 _FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
 
 
-def mistake(
-    error: UnexpectedInput, line: str, accepted: set[str], *, statement: bool
-) -> tuple[int, str]:
+def mistake(error: UnexpectedInput, line: str, accepted: set[str]) -> tuple[int, str]:
     """Return the column of a mistake in a line, and a sentence about it.
 
-    `accepted` are the terminals that the parser would have taken there. A `statement` begins with a
-    word, values alone do not.
+    `accepted` are the terminals that the parser would have taken there.
     """
     if isinstance(error, UnexpectedCharacters):
         return error.column, _unknown_sign(line, error.column)
     token: Token = error.token  # type: ignore[attr-defined]
     column = (token.column or 1) if token else len(line.rstrip()) + 1
-    first = _FIRST.match(line) if statement else None
+    first = _FIRST.match(line)
     if first is not None:
         found = _first_word(first, column)
         if found:
@@ -109,19 +86,9 @@ def _first_word(first: re.Match[str], column: int) -> str:
         return f"`{low}` is a word of the language: give the value another name"
     if low in RESERVED or column <= first.start(1) + 1 or rest.startswith(("=", ":", "(")):
         return ""
-    return unknown_word(word, (*SPELLINGS, *SHAPES)) or (
-        f"there is no word {word!r}; `{word} = ...` names a value, and `{word}(...)` calls a "
-        "subprogram"
-    )
-
-
-def unknown_word(word: str, known: Iterable[str]) -> str:
-    """Return a sentence about an unknown word and what to write instead; "" without a guess."""
-    low = word.lower()
-    if low in FOREIGN:
-        return f"there is no word {word!r}; write {FOREIGN[low]}"
-    near = suggestion(low, known)
-    return f"there is no word {word!r}{near}" if near else ""
+    meant = suggestion(low, (*SPELLINGS, *SHAPES))
+    calls = f"; `{word} = ...` names a value, and `{word}(...)` calls a subprogram"
+    return f"there is no word {word!r}{meant or calls}"
 
 
 # Making a line from the tree that the parser finds.
@@ -153,9 +120,6 @@ class _LineMaker(Transformer[Token, object]):
 
     def line(self, *parts: Label | _Core) -> tuple[Label | _Core, ...]:
         return parts
-
-    def values(self, values: list[Expression]) -> list[Expression]:
-        return values
 
     def label(self, name: Token) -> Label:
         return Label(str(name), mark=self._mark(name))
@@ -283,19 +247,19 @@ def _grammar() -> Lark:
         parser="lalr",
         lexer="contextual",
         maybe_placeholders=False,
-        start=["line", "values"],
+        start="line",
     )
 
 
-def _read(line: str, number: int, file: str, start: str) -> object:
-    """Return what a line says by the rule `start`. Raises `LineMistake`."""
+def _read(line: str, number: int, file: str) -> tuple[Label | _Core, ...]:
+    """Return what a line says: a label, a statement, or both. Raises `LineMistake`."""
 
     def wrong(column: int, text: str) -> LineMistake:
         return LineMistake(Problem(SourceMark(number, column, file), text))
 
     if len(line) > LONGEST_LINE:
         raise wrong(LONGEST_LINE + 1, f"a line has at most {LONGEST_LINE} characters")
-    parser, operators = _grammar().parse_interactive(line, start=start), 0
+    parser, operators = _grammar().parse_interactive(line), 0
     try:
         for token in parser.iter_parse():
             operators += token.type in _NESTING
@@ -304,14 +268,10 @@ def _read(line: str, number: int, file: str, start: str) -> object:
         found = parser.feed_eof()  # type: ignore[no-untyped-call] # lark's
     except UnexpectedInput as error:
         accepted = parser.accepts()  # type: ignore[no-untyped-call] # lark's
-        column, text = mistake(error, line, accepted, statement=start == "line")
+        column, text = mistake(error, line, accepted)
         raise wrong(column, text) from None
-    return _LineMaker(number, file).transform(found)
-
-
-def read_values(line: str, number: int = 1, file: str = "") -> tuple[Expression, ...]:
-    """Return the values of a line that has nothing else. Raises `LineMistake`."""
-    return tuple(cast("list[Expression]", _read(line, number, file, "values")))
+    made = _LineMaker(number, file).transform(found)
+    return cast("tuple[Label | _Core, ...]", made)
 
 
 # Nesting the lines.
@@ -361,14 +321,13 @@ class ProgramReader:
         """Whether the end of a block has not come yet."""
         return len(self._open) > 1
 
-    def take(self, line: str, number: int = 1) -> Statement | None:
-        """Take the next line; return its statement, if it is a whole one. Raises `LineMistake`."""
-        parts = cast("tuple[Label | _Core, ...]", _read(line, number, self._file, "line"))
+    def take(self, line: str, number: int = 1) -> None:
+        """Take the next line. Raises `LineMistake`."""
+        parts = _read(line, number, self._file)
         wrong = "".join(map(self._misplaced, parts))
         if wrong:
             column = len(line) - len(line.lstrip()) + 1
             raise LineMistake(Problem(SourceMark(number, column, self._file), wrong))
-        whole = None
         for part in parts:
             block = self._open[-1]
             match part:
@@ -381,9 +340,7 @@ class ProgramReader:
                 case If(branches=(IfBranch(body=()),)) | While() | Repeat() | Define():
                     self._open.append(_OpenBlock(part))
                 case _:
-                    whole = part
                     block.lines.append(part)
-        return whole
 
     def _misplaced(self, core: Label | _Core) -> str:
         """Return why a line cannot stand where it does, if it is so."""

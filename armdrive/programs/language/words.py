@@ -305,7 +305,7 @@ def overview() -> list[str]:
     for title, words in GROUPS.items():
         found.append(f"  {title}: {', '.join(word.name for word in words)}")
     found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
-    found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', HERE))}; a value alone is shown")
+    found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', HERE))}")
     return found
 
 

@@ -27,19 +27,17 @@ def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
 
 
 def test_of_several_defaults_the_nearest_is_used_and_an_option_before_them_all(call, monkeypatch):
-    write_bench(name="default")
-    assert "/dev/none" in call.refused("status", code=4)
     call("config", "set-default", "sim:robko01", code=0)
     assert arm_of(call("status", "--json", code=0)) == "sim:robko01"
     monkeypatch.setenv("ARMDRIVE_ARM", "bench")
     assert "'bench'" in call.refused("status", code=2)
     write_bench()
     assert "/dev/none" in call.refused("status", code=4)
-    assert "ARMDRIVE_ARM" in call("config", "set-default", "default", code=0).out
+    assert "ARMDRIVE_ARM" in call("config", "set-default", "sim:grbl", code=0).out
     assert arm_of(call("status", "--sim", "teachmover", "--json", code=0)) == "sim:teachmover"
     monkeypatch.delenv("ARMDRIVE_ARM")
     none = call("config", "set-default", "--none", "--json", code=0).json
-    assert none["default"] == "default"  # the file of that name
+    assert none["default"] == "sim:teachmover"
 
 
 def test_forced_simulation_turns_a_port_into_its_twin(call, monkeypatch):

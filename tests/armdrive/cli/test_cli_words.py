@@ -16,7 +16,7 @@ from cli_calls import Caller
 
 from armdrive.cli import runner
 from armdrive.cli.chosen_arm import connect_remembered
-from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, INSTEAD, ROWS
+from armdrive.cli.commands import COMMANDS, EXIT_CODES, GROUPS, ROWS
 from armdrive.cli.runner import command_parser
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
@@ -76,13 +76,7 @@ def test_an_unknown_word_is_answered_with_the_nearest_command_or_the_help(call):
     assert "`armdrive --help`" in call.refused("qqqqq", code=2)
 
 
-@every_row("word", INSTEAD)
-def test_a_word_of_another_program_is_answered_with_the_command_to_type(call, word):
-    assert f"type `{INSTEAD[word]}`" in call.refused(word, code=2)
-    assert INSTEAD[word].split()[1] in COMMANDS
-
-
-@pytest.mark.parametrize("words", [("mvoe",), ("move", "--x", "abc"), ("points", "gow"), ("park",)])
+@pytest.mark.parametrize("words", [("mvoe",), ("move", "--x", "abc"), ("points", "gow")])
 def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
     told = json.loads(call(*words, "--json", code=2).err)
     assert (told["code"], "armdrive" in told["message"]) == ("E101", True)

@@ -13,10 +13,7 @@ from armdrive.programs.problems import MOST_SHOWN, ProgramError
 WRONG = [
     # words that are none, and lines that end too early or too late
     ("mvoe pick", 1, "there is no word 'mvoe'; did you mean 'move'?"),
-    ("reday", 1, "there is no word 'reday'; did you mean 'ready'?"),
-    ("for i = 1 to 3", 1, "there is no word 'for'; write `repeat 3 as i`"),
-    ("endif", 1, "there is no word 'endif'; write `end`"),
-    ("wait 2", 1, "write `wait_input 2` to wait for input 2, or `delay 2` to wait for 2 seconds"),
+    ("reday", 1, "there is no word and no subprogram 'reday'; did you mean 'ready'?"),
     ("zigzag pick", 1, "no word 'zigzag'; `zigzag = ...` names a value, and `zigzag(...)` calls"),
     ("zigzag", 1, "there is no word and no subprogram 'zigzag'"),
     ("move pick,", 11, "the line ends too early: a value is missing"),

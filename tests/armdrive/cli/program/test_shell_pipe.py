@@ -40,7 +40,7 @@ def homed(call, piped):
 
 
 def test_lines_are_carried_out_one_after_another_without_a_prompt(piped, call):
-    shown = piped(f"{FETCH}width\nhere.z\n", "--put", "A,250,0,30").out.splitlines()
+    shown = piped(f"{FETCH}type width\ntype here.z\n", "--put", "A,250,0,30").out.splitlines()
     assert "SIMULATED" in shown[0]
     assert shown[1].startswith("grasped: 30.")
     assert float(shown[2]) == pytest.approx(30, abs=0.5)
@@ -51,9 +51,9 @@ def test_lines_are_carried_out_one_after_another_without_a_prompt(piped, call):
 
 def test_executed_lines_are_saved_as_a_program_that_runs(piped, call, tmp_path):
     path = tmp_path / "fetch.arm"
-    text = f"{FETCH}2 * 3\nspeed 50%\ndrop 5\nlist\nsave {path}\n"
+    text = f"{FETCH}list\nsave {path}\n"
     shown = piped(text, "--put", "A,250,0").out
-    assert "   2  point pick = at(250, 0, 15, -90)\n   3  define fetch(place)\n        ope" in shown
+    assert FETCH in shown
     assert path.read_text(encoding="utf-8") == FETCH
     assert "line 7: grasp into width" in call("run", str(path), "--check", code=0).out
     refused = piped(f"ready\nsave {path}\n", code=2)
@@ -61,8 +61,7 @@ def test_executed_lines_are_saved_as_a_program_that_runs(piped, call, tmp_path):
     assert f"exists already: name another file, or type `save {path} over`" in refused.err
     piped(f"ready\nsave {path} over\nready\nsave {path}\n")
     assert path.read_text(encoding="utf-8") == "ready\nready\n"
-    piped(f"{FETCH.partition('fetch(pick)')[0]}save {path} over\n")
-    names = piped(f"load {path}\nnames\n").out
+    names = piped(f"{FETCH.partition('fetch(pick)')[0]}names\n").out
     assert "  pick: x 250.0" in names
     assert "  fetch(place)\n" in names
 
@@ -82,13 +81,13 @@ def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
 
 
 def test_for_programs_there_are_json_lines(homed):
-    called = homed("w = 3\nw, here.x\nready\nnames\nquit\nready\n", "--json")
+    called = homed("w = 3\ntype w\nready\nnames\nquit\nready\n", "--json")
     events = called.json_lines
     assert [each["event"] for each in events] == [
-        "begin", "value", "act", "done", "reply", "reply", "end",
+        "begin", "act", "say", "done", "act", "done", "reply", "reply", "end",
     ]  # fmt: skip
-    assert events[1]["values"][0] == 3.0
-    assert events[4]["text"] == "  w = 3"
+    assert events[2]["text"] == "3"
+    assert events[6]["text"] == "  w = 3"
     assert events[-1]["entries"] == 3
     failed = homed("ready\nmove at(900, 0, 0, -90)\n", "--json", code=3)
     assert failed.json_lines[-1]["event"] == "failed"
