@@ -16,7 +16,6 @@ from armdrive.dialects.controller import in_turn
 from armdrive.dialog import JoggedArm, MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.errors.arguments import checked_calls, known_attributes
-from armdrive.errors.printable import reason_of
 from armdrive.motion import reference as reference_tasks
 from armdrive.motion.execute import Moved
 from armdrive.motion.plan import audit_opening
@@ -27,7 +26,6 @@ from armdrive.motion.reference import (
     drift_between,
     judge,
     take_reference,
-    verified_view,
 )
 from armdrive.motion.resolve import above_mark
 from armdrive.moves import ParkMove, in_order
@@ -36,7 +34,6 @@ from armdrive.runtime.position import ArmCoordinates
 from armdrive.runtime.states import Event
 from armdrive.runtime.stop_bounds import homing_bound
 from armdrive.status import Evidence, State, Trust, bound_words
-from armdrive.storage.record import write_down
 from armdrive.tasks import listed
 from armdrive.trace.recorder import traced
 from kinematics.limits import refuse_worst
@@ -183,8 +180,7 @@ class ArmReference(ArmPart):
             await self._conclude(request, verified)
             return verified
 
-        verified = await _guided(self._parts, asked, request, conclude)
-        return self._written(verified, reference)
+        return await _guided(self._parts, asked, request, conclude)
 
     async def _measured(self, request: MarkRequest, reference: str, accept: Accept) -> Verified:
         position = await self._parts.runner.perform(
@@ -192,7 +188,7 @@ class ArmReference(ArmPart):
         )
         transmission = self._core.transmission
         truth = ArmCoordinates(request.joints, request.opening_mm).motors(transmission)
-        drift = drift_between(self._config.model, position, truth)
+        drift = drift_between(self._config, position, truth)
         verdict = judge(drift, reference)
         found = Verified(verdict, drift, accepted=False, found=drift.words(transmission))
         if not drift.steps.largest or not _taken(found, accept):
@@ -208,16 +204,6 @@ class ArmReference(ArmPart):
             await self._parts.runner.perform(
                 reference_tasks.doubt_position(self._parts.context, verified.found)
             )
-
-    def _written(self, verified: Verified, reference: str) -> Verified:
-        """Write a result into the logbook. If that fails, the result is valid and gets a note."""
-        if (logbook := self._parts.logbook) is None:
-            return verified
-        try:
-            write_down(logbook, verified_view(verified), self._config.calibration, reference)
-        except OSError as error:
-            return replace(verified, note=f"the logbook could not be written: {reason_of(error)}")
-        return verified
 
 
 def _taken(found: Verified, accept: Accept) -> bool:

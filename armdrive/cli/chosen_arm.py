@@ -27,7 +27,7 @@ from armdrive.runtime.clock import PaceChoice
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
-from armdrive.storage.record import RecordFile, logbook_file
+from armdrive.storage.record import RecordFile
 from armdrive.text.reading import is_there, read_json
 from armdrive.trace.recorder import FlightRecorder
 
@@ -112,7 +112,7 @@ def connect_remembered(
         # in this order: once the lock is released, another command may read the world
         closers = (lambda: _save(config.name, twin.save()), holding.release)
         simulated.connection.closers.extend(closers)
-        return Arm(replace(simulated, logbook=logbook_file(config.name), lock=holding))
+        return Arm(replace(simulated, lock=holding))
     except BaseException:
         holding.release()
         raise

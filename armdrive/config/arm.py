@@ -31,7 +31,7 @@ from armdrive.config.sections import (
     read_homing,
     read_posture,
 )
-from armdrive.errors import ArmError, ArmFileError, BadRequest
+from armdrive.errors import ArmError, ArmFileError, BadRequest, Refused
 from armdrive.errors.printable import command_line
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import (
@@ -47,6 +47,7 @@ from kinematics.geometry import Tool
 from kinematics.presets import ArmModel, preset
 from kinematics.spaces import Pose
 from kinematics.text import counted
+from kinematics.transmission import Transmission
 
 M = TypeVar("M", bound=ArmModel)
 
@@ -88,6 +89,16 @@ class ArmConfig:
     def bare(self) -> ArmModel:
         """The model with empty fingers."""
         return self.untooled or self.model
+
+    @property
+    def transmission(self) -> Transmission:
+        """The motors of an arm that is driven. Raises `Refused` for a model without motors."""
+        if self.model.transmission is None:
+            raise Refused(
+                f"the {self.model.title} has no motor steps: use a model with motors, and give "
+                "steps_per_turn in its arm file"
+            )
+        return self.model.transmission
 
     @property
     def motor_ranges(self) -> tuple[float, ...]:

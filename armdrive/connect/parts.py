@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.blocking import blocking, coroutine_of
@@ -31,7 +30,7 @@ from armdrive.runtime.states import Event
 from armdrive.status import State, Status
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import ArmLock
-from armdrive.storage.record import RecordFile, RecordInMemory, RecordStore, logbook_file
+from armdrive.storage.record import RecordFile, RecordInMemory, RecordStore
 from armdrive.tasks import Alert, Progress, TaskBody
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.link import Link
@@ -59,8 +58,6 @@ class Parts:
     simulated: bool
     twin: SimulatedArm | None = None
     """The simulated device; None for a real arm."""
-    logbook: Path | None = None
-    """The file of verifications; None for a simulated arm that is not recorded."""
     lock: ArmLock | None = None
     """Keeps other programs off the arm and answers them; None if no program can reach the arm."""
 
@@ -299,7 +296,7 @@ async def connect_real(config: ArmConfig, options: ConnectOptions = ConnectOptio
             )
         opened.callback(parts.connection.release)
         parts.connection.closers.append(lock.release)
-        held = replace(parts, logbook=logbook_file(config.name), lock=lock)
+        held = replace(parts, lock=lock)
         opened.pop_all()
     return held
 

@@ -116,7 +116,7 @@ def grasp(context: MotionContext, speeds: SpeedLimits, force_n: float) -> TaskBo
     """Close until an object is gripped, and press with about `force_n`."""
     core, settings = context.core, context.core.config.gripper
     steps_per_n = check_grasp(core, force_n)
-    coarse, per_mm = settings.approach_steps, steps_per_mm(core)
+    coarse, per_mm = settings.approach_steps, core.fingers.steps_per_mm
     depth_mm = settings.trip_force_n * steps_per_n / per_mm  # of cable between touch and switch
     # Beyond these openings the switch is broken. Closing: the fingers have met at 0, and the cable
     # that trips the switch was pulled in, with two bursts to spare. Opening: more cable was let out
@@ -174,7 +174,7 @@ def _slide(context: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[
         return
     core = context.core
     here = core.position.coordinates
-    there = ArmCoordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
+    there = ArmCoordinates(here.joints, here.opening_mm + steps / core.fingers.steps_per_mm)
     leg = MotionSegment(here, there, speeds.duration_s(here, there, 1.0))
     yield from drive_legs(context, (leg,), core.config.motion.jog_burst_s)
 
@@ -182,10 +182,3 @@ def _slide(context: MotionContext, speeds: SpeedLimits, steps: int) -> TaskBody[
 def _raise_if_stopped(context: MotionContext) -> None:
     if context.stopping:
         raise context.stopped("the grasp was stopped; the fingers stay where they are")
-
-
-def steps_per_mm(core: Core) -> float:
-    """Return the gripper motor's steps per mm of opening, without a sign."""
-    joints = core.position.coordinates.joints
-    opening = MotionSegment(ArmCoordinates(joints, 0.0), ArmCoordinates(joints, 1.0), 0.0)
-    return max(map(abs, opening.steps(core.transmission)))

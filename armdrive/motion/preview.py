@@ -54,7 +54,6 @@ class Margin:
 
     joint: str
     margin_rad: float
-    value_rad: float
     bound_rad: float
     index: int
 
@@ -90,9 +89,8 @@ def _least(name: str, values: Sequence[float], low: float, high: float) -> Margi
         return min(values[index] - low, high - values[index])
 
     index = min(range(len(values)), key=margin)
-    value = values[index]
-    bound = low if value - low <= high - value else high
-    return Margin(name, margin(index), value, bound, index)
+    bound = min((low, high), key=lambda each: abs(values[index] - each))
+    return Margin(name, margin(index), bound, index)
 
 
 def foreseen_s(config: ArmConfig, controller: Controller, plan: MotionPlan) -> float:
@@ -112,10 +110,7 @@ def foreseen_s(config: ArmConfig, controller: Controller, plan: MotionPlan) -> f
 def _bursts_s(
     config: ArmConfig, controller: Controller, leg: MotionSegment, burst_s: float, exchange_s: float
 ) -> float:
-    transmission = config.model.transmission
-    if transmission is None or leg.duration_s <= 0.0:
-        return leg.duration_s
-    steps = max(map(abs, leg.steps(transmission)))
+    steps = max(map(abs, leg.steps(config.transmission)))
     rate_hz = steps / leg.duration_s
     count = max(math.ceil(controller.duration_s(steps, rate_hz) / burst_s - 1e-9), 1)
     one_s = max(leg.duration_s / count, controller.duration_s(steps / count, rate_hz))
@@ -187,9 +182,6 @@ def ways_of(
     found = ground.config.model.arm.branches(pose, ground.here.joints)
     line = isinstance(move, LineMove)
     ways = [_way(ground, each, end, line) for each in _different(found)]
-    if end is not None and not any(way.taken for way in ways):
-        # the path turns a joint by a whole turn, so that its end is none of the listed postures
-        ways.append(PostureOption("", end, taken=True))
     return tuple(sorted(ways, key=lambda way: not way.taken))
 
 
@@ -321,7 +313,7 @@ def preview_move(
     postures = postures_along(model.arm, plan)
     burst_s = ground.config.motion.planned_burst_s
     samples = (*postures[:: max(len(postures) // STOP_SAMPLES, 1)], postures[-1])
-    parts = stretches(model.transmission, plan.legs)
+    parts = stretches(ground.config.transmission, plan.legs)
     runs_on = run_on(ground.config, controller, burst_s, parts)
     # without a part no motor turns, and nothing has to be stopped
     bounds = [runs_on.bound(ground.config, each) for each in samples if parts]

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import ArmError, DeviceFault, NotReferenced
 from armdrive.motion.context import (
@@ -30,7 +31,6 @@ from armdrive.tasks import (
     HomeDevice,
     TaskBody,
 )
-from kinematics.presets import ArmModel
 from kinematics.spaces import Joints, Motors
 from kinematics.text import shown_name
 from kinematics.transmission import Transmission
@@ -277,14 +277,13 @@ class Drift:
         )
 
 
-def drift_between(model: ArmModel, position: Motors, truth: Motors) -> Drift:
+def drift_between(config: ArmConfig, position: Motors, truth: Motors) -> Drift:
     """Return the difference between a position and the true one."""
-    if model.transmission is None:
-        raise ValueError("an arm without motors does not drift")
-    shown, shown_mm = model.transmission.to_joints(position)
-    true, true_mm = model.transmission.to_joints(truth)
+    shown, shown_mm = config.transmission.to_joints(position)
+    true, true_mm = config.transmission.to_joints(truth)
     turned = Joints(tuple(a - b for a, b in zip(shown, true, strict=True)), shown.names)
-    one, other = model.arm.fk(shown), model.arm.fk(true)
+    arm = config.model.arm
+    one, other = arm.fk(shown), arm.fk(true)
     tip_mm = math.dist((one.x_mm, one.y_mm, one.z_mm), (other.x_mm, other.y_mm, other.z_mm))
     return Drift(position - truth, turned, shown_mm - true_mm, tip_mm)
 
@@ -311,13 +310,12 @@ class Verified:
     drift: Drift
     accepted: bool
     found: str
-    note: str = ""
 
     def __str__(self) -> str:
         parts = [self.verdict.value, self.found]
         if self.accepted:
             parts.append("this posture is the new reference")
-        return "; ".join([*parts, *[self.note] * bool(self.note)])
+        return "; ".join(parts)
 
 
 def verified_view(verified: Verified) -> dict[str, Any]:
@@ -330,5 +328,4 @@ def verified_view(verified: Verified) -> dict[str, Any]:
         "opening_mm": round(drift.opening_mm, 3),
         "tip_mm": round(drift.tip_mm, 3),
         "accepted": verified.accepted,
-        "note": verified.note,
     }

@@ -114,6 +114,11 @@ class FingerState:
         self.touch_mm: float | None = None
         self.share: float | None = None
 
+    @property
+    def steps_per_mm(self) -> float:
+        """The gripper motor's steps per mm of opening, without a sign."""
+        return abs(self._transmission.motors[-1].steps_per_unit)
+
     def arrive(self, opening_mm: float) -> None:
         """Take a new opening: opening the fingers beyond the touch releases the object."""
         if self.touch_mm is not None and opening_mm >= self.touch_mm:
@@ -124,8 +129,7 @@ class FingerState:
         steps_per_n = self._config.model.grip_steps_per_n
         if self.touch_mm is None or steps_per_n is None:
             return 0.0
-        steps_per_mm = abs(self._transmission.motors[-1].steps_per_unit)
-        return (self.touch_mm - opening_mm) * steps_per_mm / steps_per_n
+        return (self.touch_mm - opening_mm) * self.steps_per_mm / steps_per_n
 
     def seen_mm(self, pulled_mm: float) -> float | None:
         """Return the opening of the fingers, given the opening that their motor stands for."""
@@ -139,12 +143,7 @@ class FingerState:
 
 def motors_of(config: ArmConfig, controller: Controller) -> Transmission:
     """Return an arm's transmission. Raises `Refused` if it does not fit the controller."""
-    transmission = config.model.transmission
-    if transmission is None:
-        raise Refused(
-            f"the {config.model.title} has no motor steps: use a model with motors, and give "
-            "steps_per_turn in its arm file"
-        )
+    transmission = config.transmission
     motors = len(transmission.motors)
     if motors != controller.abilities.motors:
         raise Refused(

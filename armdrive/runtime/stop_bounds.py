@@ -142,8 +142,6 @@ class StopForecast:
         self._planned: RunOn | None = None
         self._homing: HomeDevice | None = None
         """The homing that the device carries out by itself."""
-        self._unplanned: tuple[object, RunOn] | None = None
-        """The run-on of an arbitrary command or of homing, cached with its inputs."""
         self._bound: tuple[RunOn, Joints | None, StopBound] | None = None
         """The latest bound, cached because most polls find the arm at rest."""
 
@@ -191,25 +189,15 @@ class StopForecast:
         planned = None if lost or slowed else self._planned
         if planned is None:
             homing = self._homing
-            search = None if homing is None else controller.search(homing)
-            # both change as the controller learns about the device: they are part of the key
-            key = burst_s, controller.stopping(burst_s), homing, search
-            if self._unplanned is None or self._unplanned[0] != key:
-                inputs = self._config, controller, burst_s
-                found = run_on(*inputs) if homing is None else homing_run_on(*inputs, homing)
-                self._unplanned = key, found
-            planned = self._unplanned[1]
-        if self._bound is None or self._bound[0] is not planned or self._bound[1] != joints:
+            inputs = self._config, controller, burst_s
+            planned = run_on(*inputs) if homing is None else homing_run_on(*inputs, homing)
+        if self._bound is None or self._bound[:2] != (planned, joints):
             self._bound = planned, joints, planned.bound(self._config, joints)
         return self._bound[2]
 
 
-def stretches(
-    transmission: Transmission | None, legs: Iterable[MotionSegment]
-) -> tuple[StopStretch, ...]:
+def stretches(transmission: Transmission, legs: Iterable[MotionSegment]) -> tuple[StopStretch, ...]:
     """Return the parts of a planned motion in which a motor turns."""
-    if transmission is None:
-        return ()
     found = []
     for leg in legs:
         duration_s = max(leg.duration_s, LEAST_S)
@@ -253,8 +241,6 @@ def _at_limits(config: ArmConfig, controller: Controller) -> StopStretch:
     limits = config.model.joint_speeds_rad_s
     fastest_hz = controller.usable_rate_hz(math.inf)
     rows = _inverse(config)
-    if not rows:
-        return StopStretch(StopPart(math.inf, fastest_hz), limits, ())
     turns = (fastest_hz * math.fsum(map(abs, row)) for row in rows)
     speeds = tuple(min(limit, turn) for limit, turn in zip(limits, turns, strict=False))
     return StopStretch(StopPart(math.inf, fastest_hz), speeds, (fastest_hz,) * len(rows[0]))
@@ -262,9 +248,7 @@ def _at_limits(config: ArmConfig, controller: Controller) -> StopStretch:
 
 def _single_motors(config: ArmConfig, controller: Controller) -> list[StopStretch]:
     """Return a motion of each motor alone, as fast as the motor and its joints may turn."""
-    transmission = config.model.transmission
-    if transmission is None:
-        return [_at_limits(config, controller)]
+    transmission = config.transmission
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
     motors, found = range(len(transmission.motors)), []
     for motor, wanted_hz in enumerate(transmission.most_steps(speeds)):
@@ -280,11 +264,8 @@ def _turned(
     config: ArmConfig, stretch: StopStretch, motion_s: float, extra_steps: float, *, free: bool
 ) -> Turns:
     """Return the turns in `motion_s` of a motion; if motors are `free`, each motor separately."""
-    rows = _inverse(config)
-    motors = range(len(rows[0])) if rows else range(0)
-    columns = [tuple(row[motor] for row in rows) for motor in motors]
-    rates = list(zip(columns, stretch.motors_hz, strict=True)) if rows else []
-    if free and rows:
+    rates = list(zip(zip(*_inverse(config), strict=True), stretch.motors_hz, strict=True))
+    if free:
         each = tuple(_times(column, rate_hz * motion_s) for column, rate_hz in rates)
     else:
         count = len(stretch.joints_rad_s)
@@ -300,10 +281,8 @@ def _turned(
 
 
 def _inverse(config: ArmConfig) -> tuple[tuple[float, ...], ...]:
-    """Return the joint angles per motor step, one row per joint; empty for unknown motors."""
-    transmission = config.model.transmission
-    if transmission is None:
-        return ()
+    """Return the joint angles per motor step, one row per joint."""
+    transmission = config.transmission
     return tuple(map(tuple, transmission.inverse[: len(transmission.joint_names)]))
 
 
@@ -406,12 +385,9 @@ def _bent_mm(each_rad: Sequence[float], longest_mm: Sequence[float]) -> float:
 
 def deviation_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
     """Bound the tip's deviation from its path if each motor deviates by this many steps."""
-    transmission = config.model.transmission
-    if transmission is None or not any(steps):
-        return 0.0
     turns_rad = (
         math.fsum(abs(share) * one for share, one in zip(row, steps, strict=True))
-        for row in transmission.inverse
+        for row in config.transmission.inverse
     )
     levers_mm = config.model.arm.levers_mm(joints)
     return math.fsum(turn * lever for turn, lever in zip(turns_rad, levers_mm, strict=False))

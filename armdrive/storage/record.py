@@ -1,6 +1,6 @@
-"""The saved position of an arm, and the log of its verifications.
+"""The saved position of an arm: one small JSON file, always replaced as a whole.
 
-The position is one small JSON file per arm, always replaced as a whole. The file is marked as in
+The file is marked as in
 motion before the arm starts moving, and unmarked once the arm is at rest again. A program that dies
 during a motion thus leaves a mark instead of a wrong position.
 """
@@ -12,21 +12,18 @@ import json
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
 from armdrive.errors import ArmFileError, StateFileError
 from armdrive.errors.printable import reason_of
 from armdrive.status import BELIEVED_WORDS, Trust
-from armdrive.storage import files as places
 from armdrive.storage.files import (
     DISK,
     StateFiles,
     always,
     remove_durably,
     replace_durably,
-    replace_file,
 )
 from armdrive.text.reading import parse_json
 from armdrive.text.toml import FORMAT_KEY, section_of, setting
@@ -338,33 +335,3 @@ class RecordWriter:
         except OSError as another:
             words += f", and the old position is still there ({reason_of(another)})"
         return words
-
-
-# The log of verifications: a file of JSON lines in the state folder.
-
-LONGEST_LOG = 1_000_000  # characters that are kept: some thousands of lines
-
-
-def logbook_file(arm: str) -> Path:
-    """Return the file of an arm's verifications."""
-    return places.states() / f"{places.file_name(arm)}.verified.jsonl"
-
-
-def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference: str) -> None:
-    """Add a verification with the date; `view` is its plain data. Raises `OSError`."""
-    line = {
-        "time": datetime.now(UTC).isoformat(timespec="seconds"),
-        "calibration": calibration,
-        "reference": reference,
-        **view,
-    }
-    replace_file(path, "\n".join([*_lines(path), json.dumps(line)]))
-
-
-def _lines(path: Path) -> list[str]:
-    """Return the lines of a log; none if there is no log yet. Raises `OSError`."""
-    try:
-        data = DISK.read(path, 10 * LONGEST_LOG)
-    except FileNotFoundError:
-        return []
-    return data.decode("utf-8", errors="replace")[-LONGEST_LOG:].splitlines()

@@ -137,9 +137,8 @@ def verify(options: argparse.Namespace) -> Result:
     """Measure the drift, and return it."""
     with ready_arm(options) as arm:
         verified = _verified(arm, options)
-        logbook = () if arm.parts.logbook is None else (f"logged in {arm.parts.logbook}",)
     right = verified.accepted or verified.verdict is Verdict.ROUNDING
-    return Result(verified_view(verified), (str(verified), *logbook), 0 if right else OFF)
+    return Result(verified_view(verified), (str(verified),), 0 if right else OFF)
 
 
 def _verified(arm: Arm, options: argparse.Namespace) -> Verified:

@@ -182,11 +182,10 @@ def on_limits(config: ArmConfig, start: ArmCoordinates) -> ArmCoordinates:
 
     Otherwise no line of the tip could start where a joint jog has ended.
     """
-    transmission = config.model.transmission
-    if transmission is None or not config.model.arm.violations(start.joints):
+    if not config.model.arm.violations(start.joints):
         return start
     angles = []
-    rows = zip(config.model.arm.limits, transmission.inverse, start.joints, strict=False)
+    rows = zip(config.model.arm.limits, config.transmission.inverse, start.joints, strict=False)
     for bounds, row, angle in rows:
         near = bounds.clamp(angle)
         step_rad = math.fsum(map(abs, row))

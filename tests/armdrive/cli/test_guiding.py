@@ -13,7 +13,6 @@ from armdrive.cli.terminal_operator import TerminalOperator
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, Stopped
 from armdrive.status import State, Trust
-from armdrive.storage.record import logbook_file
 from kinematics import preset
 
 ARM = "sim:teachmover"
@@ -177,18 +176,16 @@ def losing_steps() -> None:
         arm.move_j(base_deg=20)
 
 
-def test_a_simulated_arm_is_verified_by_a_command_and_the_log_tells(call):
+def test_a_simulated_arm_is_verified_by_a_command(call):
     call("home", code=0)
     said = call("verify", code=0).out
     assert "within rounding" in said
-    assert str(logbook_file(ARM)) in said
     losing_steps()
     off = call("verify", "--json", code=1).json
     assert off["steps"] == [15, 0, 0, 0, 0, 0]
     assert off["verdict"] == "drift"
     assert off["accepted"] is False
     assert "suspect" in call.refused("verify", code=3)
-    assert len(logbook_file(ARM).read_text().splitlines()) == 2
     call("home", code=0)
     losing_steps()
     assert "new reference" in call("verify", "--accept", code=0).out

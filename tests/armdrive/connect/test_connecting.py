@@ -461,7 +461,7 @@ def test_a_position_is_judged_after_the_settings_were_read(tmp_path, monkeypatch
 UNFINISHED = (
     "armdrive.connect.parts.Core",
     "armdrive.connect.parts.connecting.connect",
-    "armdrive.connect.parts.logbook_file",
+    "armdrive.connect.parts.replace",
     "armdrive.arm.Recorder",
     "armdrive.arm.serve",
 )

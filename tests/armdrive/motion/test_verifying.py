@@ -1,12 +1,10 @@
 """Motions that are verified, and faults in motion."""
 
-import json
 import math
 import random
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,17 +22,17 @@ from armdrive.motion.resolve import park_pose
 from armdrive.moves import JogMove
 from armdrive.registry import DIALECTS, simulate
 from armdrive.status import Evidence, State, Trust
-from armdrive.storage.files import StateFiles
-from armdrive.storage.record import RecordFile, logbook_file
+from armdrive.storage.record import RecordFile
 from armdrive.tasks import Alert, AlertKind
-from kinematics import Joints, Motors, preset
+from kinematics import Joints, Motors
 
-MODEL = preset("teachmover")
+CONFIG = simulated_config("teachmover")
+MODEL = CONFIG.model
 
 
-def homed(dialect: str = "teachmover", logbook: Path | None = None) -> Arm:
+def homed(dialect: str = "teachmover") -> Arm:
     """Return an arm that stands at its mark, where it was referenced."""
-    arm = Arm(replace(connect_simulated(simulated_config(dialect)), logbook=logbook))
+    arm = Arm(connect_simulated(simulated_config(dialect)))
     arm.enable()
     arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
     arm.reference.confirm()
@@ -105,8 +103,8 @@ def test_a_difference_too_small_to_see_is_not_drift_but_can_be_accepted():
     assert arm.status.acknowledged == arm.twin.world.motors
 
 
-def drifted(logbook=None) -> Arm:
-    arm = homed(logbook=logbook)
+def drifted() -> Arm:
+    arm = homed()
     arm.twin.faults.add("lose-steps", "base", "12")
     arm.move_j(base_deg=20.0)
     return arm
@@ -144,9 +142,9 @@ def test_a_reference_that_was_taken_elsewhere_may_be_wrong_by_its_numbers():
 
 def test_a_difference_larger_than_any_loss_of_steps_is_not_drift():
     truth = MODEL.transmission.to_motors(MODEL.arm.ik(MODEL.reference.pose))
-    drift = drift_between(MODEL, truth + Motors((0, 400, 0, 0, 0, 0)), truth)
+    drift = drift_between(CONFIG, truth + Motors((0, 400, 0, 0, 0, 0)), truth)
     assert judge(drift, Evidence.HOMED.value) is Verdict.CALIBRATION
-    small = drift_between(MODEL, truth + Motors((1, -1, 0, 1, 0, 0)), truth)
+    small = drift_between(CONFIG, truth + Motors((1, -1, 0, 1, 0, 0)), truth)
     assert judge(small, Evidence.DECLARED.value) is Verdict.ROUNDING
 
 
@@ -209,39 +207,6 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     assert arm.status.trust is Trust.RESTORED
     assert arm.reference.verify().verdict is Verdict.ROUNDING
     assert arm.status.trust is Trust.REFERENCED
-
-
-def test_each_verification_is_written_down_with_its_date():
-    arm = drifted(logbook_file("bench"))
-    arm.reference.verify(accept=True)
-    arm.reference.verify()
-    lines = [json.loads(line) for line in logbook_file("bench").read_text().splitlines()]
-    assert [line["verdict"] for line in lines] == ["drift", "rounding"]
-    assert lines[0]["steps"] == [12, 0, 0, 0, 0, 0]
-    assert lines[0]["accepted"] is True
-    assert lines[0]["time"].startswith("20")
-    assert lines[0]["joints_deg"]["base"] == pytest.approx(12 * 360 / 7072, abs=1e-3)
-    assert logbook_file("bench").stat().st_mode & 0o077 == 0
-
-
-def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
-    (tmp_path / "in the way").write_text("")
-    arm = drifted(tmp_path / "in the way" / "log")
-    found = arm.reference.verify(accept=True)
-    assert "the logbook could not be written" in found.note
-    assert found.accepted
-
-
-def test_a_log_that_cannot_be_read_is_left_as_it_is(tmp_path, monkeypatch):
-    def damaged(*_: object):
-        raise OSError(5, "Input/output error")
-
-    arm = drifted(tmp_path / "log")
-    arm.reference.verify(accept=True)
-    before = (tmp_path / "log").read_bytes()
-    monkeypatch.setattr(StateFiles, "read", damaged)
-    assert "the logbook could not be written: Input/output error" in arm.reference.verify().note
-    assert (tmp_path / "log").read_bytes() == before
 
 
 # -- Faults ----------------------------------------------------------------------------------------

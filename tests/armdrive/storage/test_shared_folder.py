@@ -13,7 +13,7 @@ from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import DISK, replace_durably, replace_file
 from armdrive.storage.lock_client import notice_path
 from armdrive.storage.point_file import Points
-from armdrive.storage.record import RecordFile, logbook_file, write_down
+from armdrive.storage.record import RecordFile
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="files have owners and modes on POSIX")
 
@@ -57,12 +57,11 @@ def test_folders_and_files_that_are_made_are_this_users_alone(mask):
     try:
         replace_file(places.recordings() / "file", "text")
         hold("bench").release()
-        write_down(logbook_file("bench"), {}, "1", "sensor")
     finally:
         os.umask(before)
     for folder in (places.states(), places.recordings()):
         assert stat.S_IMODE(folder.stat().st_mode) == 0o700
-    files = (places.recordings() / "file", notice_path("bench", "lock"), logbook_file("bench"))
+    files = (places.recordings() / "file", notice_path("bench", "lock"))
     for path in files:
         assert stat.S_IMODE(path.stat().st_mode) == 0o600, path
 
