@@ -23,24 +23,20 @@ from armdrive.setup.templates import available
 
 
 SHELLS = ("bash", "zsh", "fish")
-# The names for which a completion script asks.
-COMPLETED = ("arms", "points")
 
 
 def _completion(parser: argparse.ArgumentParser) -> None:
     r"""Print a script that makes your shell complete armdrive's words on Tab.
 
     Put the script where your shell looks for it. In every terminal opened after that, Tab completes
-    commands, options, arm names, dialects, points, error codes and files:
+    commands, options, dialects, models, error codes and files:
 
       armdrive completion bash \
           > ~/.local/share/bash-completion/completions/armdrive
       armdrive completion zsh > ~/.zfunc/_armdrive       with fpath+=~/.zfunc before compinit
       armdrive completion fish > ~/.config/fish/completions/armdrive.fish
     """
-    wanted = parser.add_mutually_exclusive_group(required=True)
-    wanted.add_argument("shell", metavar="SHELL", nargs="?", choices=SHELLS, help=", ".join(SHELLS))
-    wanted.add_argument("--names", choices=COMPLETED, help=argparse.SUPPRESS)  # for the scripts
+    parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help=", ".join(SHELLS))
 
 
 # --- config
