@@ -1,17 +1,14 @@
 """MKS machines: the host's, the device's, and the two back to back."""
 
-import contextlib
 from collections.abc import Iterable
 
 import pytest
-from amounts import every_row
 from cases_mks import (
     ACTIONS,
     ANSWER_RECORDS,
     DRIVES,
     HALT,
     HERE,
-    MOTIONS,
     ONE,
     READ_SETTINGS,
     READS,
@@ -30,8 +27,6 @@ from firmware_protocol import mks
 from firmware_protocol.errors import BadField, LocalProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
 
-OTHERS = (mks.Home(), mks.Calibrate(), mks.Enable(True), mks.SetMode(mks.Mode.BUS_FOC))
-
 # -- The host --------------------------------------------------------------------------------------
 
 
@@ -47,20 +42,6 @@ def test_an_answer_belongs_to_the_request_of_its_drive_and_code():
             mks.Answered(node, mks.StateRead(mks.MotorState.STOPPED), mks.ReadState()),
             mks.Answered(node, mks.EncoderRead(node), mks.ReadEncoder()),
         ]
-
-
-@every_row("code", sorted(mks.COURSE_CODES | {mks.Code.ENABLE, mks.Code.MODE}))
-def test_the_first_answer_closes_a_request_and_later_ones_belong_to_none(code):
-    request = {each.code: each for each in (ONE, *OTHERS)}.get(code)
-    if request is None:
-        request = mks.OtherMotion(code, bytes(mks.OTHER_MOTIONS[code]))
-    for what in mks.Outcome:
-        with contextlib.suppress(BadField):
-            report, host = mks.Status(code, what), asked(request)
-            assert events(host, said(1, report, report)) == [
-                mks.Answered(1, report, request),
-                mks.Answered(1, report),
-            ]
 
 
 def test_a_newer_request_with_the_same_code_replaces_an_older_one():
@@ -123,10 +104,6 @@ def test_a_bad_check_byte_is_garbled_and_answers_nothing():
 
 # -- The device ------------------------------------------------------------------------------------
 
-MOVE = mks.MoveAbsoluteAxis(0x4000, 600, 2)
-AT_5 = mks.EncoderRead(5)
-ENDS = (mks.Outcome.DONE, mks.Outcome.LIMIT_STOP)
-
 
 def put(can_id, *requests) -> list[Frame]:
     return [mks.encode(can_id, request) for request in requests]
@@ -158,34 +135,6 @@ def test_it_ignores_what_is_for_others_or_unreadable_or_not_in_its_firmware():
     assert events_of(device, put(mks.BROADCAST, mks.ReadState())) == [
         mks.Asked(mks.ReadState(), alone=False)
     ]
-
-
-def test_it_answers_reads_and_says_how_motions_go():
-    device = mks.Device(3)
-    assert heard_of(device.answer(mks.Asked(mks.ReadEncoder()), AT_5)) == (3, AT_5)
-    for what in (mks.Outcome.STARTED, mks.Outcome.DONE):
-        assert heard_of(device.tell(mks.Asked(MOVE), what)) == (3, mks.Status(MOVE.code, what))
-
-
-def test_only_what_fits_is_said_of_a_request():
-    device = mks.Device(1)
-    with pytest.raises(BadField, match="outcome must be for ENABLE one of: DONE, FAILED"):
-        device.tell(mks.Asked(mks.Enable(True)), mks.Outcome.STARTED)
-
-
-@given(st.one_of(MOTIONS, ACTIONS, SETTINGS), st.sampled_from(mks.ReplyMode), st.booleans())
-def test_it_says_what_its_replies_let_it_and_nothing_to_several(request_, replies, alone):
-    for what in mks.Outcome:
-        device = mks.Device(1, replies=replies)
-        try:
-            mks.Status(request_.code, what)
-        except BadField:
-            continue
-        ends = request_.code in mks.COURSE_CODES and what in ENDS
-        speaks = alone and (
-            replies is mks.ReplyMode.FULL or (replies is mks.ReplyMode.IMMEDIATE and not ends)
-        )
-        assert bool(device.tell(mks.Asked(request_, alone), what)) == speaks
 
 
 def test_a_new_id_answers_once_it_is_done():

@@ -172,31 +172,9 @@ FIRST = {
 
 def test_each_firmware_can_do_what_the_older_could():
     assert {ability: ability.since for ability in FIRST} == FIRST
-    versions = sorted({ability.since for ability in mks.Ability})
-    could = mks.abilities_of((1, 0, 0))
-    assert could == set()
-    for version in versions:
-        can = mks.abilities_of(version)
-        assert can - could == {each for each in mks.Ability if each.since == version}
-        assert could < can
-        could = can
-    assert mks.abilities_of((1, 1, 0)) == mks.abilities_of(mks.LATEST) == could
-    assert mks.Ability.RETARGET not in mks.abilities_of((1, 0, 4))
-    assert mks.Ability.SILENCE_WATCHDOG not in mks.abilities_of((1, 0, 8))
-
-
-@every_row(
-    "request_, ability",
-    [
-        (mks.ReadEncoder(), None),
-        (mks.ReadVersion(), mks.Ability.VERSION),
-        (mks.SetCurrent(100), None),
-        (mks.SetReplies(mks.ReplyMode.IMMEDIATE), mks.Ability.CHOICE_OF_COMPLETION),
-        (mks.SilenceWatchdog(0), mks.Ability.SILENCE_WATCHDOG),
-    ],
-)
-def test_a_request_needs_an_ability(request_, ability):
-    assert request_.needs is ability
+    for version in ((1, 0, 0), (1, 0, 4), (1, 0, 8), mks.LATEST, (1, 1, 0)):
+        able = {each for each in mks.Ability if each.since <= version}
+        assert mks.abilities_of(version) == able
 
 
 # -- Frames ----------------------------------------------------------------------------------------
@@ -255,14 +233,6 @@ def test_the_answers_to_setting_and_to_reading_a_mode_look_alike():
     assert mks.as_setting(mks.decode_answer(frame, setting=True)) == mks.SetMode(
         mks.Mode.PULSE_CLOSED
     )
-
-
-@every_row("code", sorted(mks.SETTING_CODES | mks.COURSE_CODES))
-def test_every_outcome_of_a_code_is_read_back(code):
-    for outcome in mks.Outcome:
-        with contextlib.suppress(LocalProtocolError):
-            status = mks.Status(code, outcome)
-            assert mks.decode_answer(mks.encode(1, status)) == status
 
 
 def test_a_speed_of_zero_is_a_stop_wherever_it_is_to_go():

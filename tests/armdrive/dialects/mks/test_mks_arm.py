@@ -10,7 +10,7 @@ from faults import arm_config, driven
 
 from armdrive import Arm
 from armdrive.config.sections import HomingSettings
-from armdrive.errors import ArmError, DeviceFault, LinkLost, Stopped
+from armdrive.errors import DeviceFault, LinkLost, Stopped
 from armdrive.motion.context import refused_motion
 from armdrive.status import Evidence, Trust
 from armdrive.tasks import RequestRejected
@@ -77,17 +77,6 @@ def test_an_arm_whose_homing_ended_early_is_suspect_and_shown_where_it_was_last_
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.trust_reason == evidence.value
     assert abs(arm.joints["base"] - before) > math.radians(1.0)
-
-
-def test_a_mode_that_is_still_wrong_after_a_reset_keeps_the_arm_from_moving():
-    arm = driven(arm_config("mks"), referenced=False)
-    arm.twin.faults.add("drive-mode", "3", "2")
-    for _ in range(2):
-        with pytest.raises(DeviceFault, match="in mode 2"):
-            arm.enable()
-        arm.reset()
-    with pytest.raises(ArmError):
-        arm.jog_j(base_deg=1.0)
 
 
 @pytest.mark.parametrize(

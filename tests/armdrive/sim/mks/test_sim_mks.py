@@ -11,7 +11,6 @@ from mks_sim import outcomes as said
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest
 from firmware_protocol import mks
-from firmware_protocol.frames import Frame, Unpacker, pack
 from kinematics import Joints
 
 LATE_S = 0.002
@@ -25,14 +24,6 @@ def bench():
 
 
 class TestMoving:
-    def test_the_frames_are_those_of_the_manual(self, bench):
-        bench.link.write(pack(Frame(1, bytes.fromhex("31 32"))), 0.0)
-        bench.link.write(pack(Frame(1, bytes.fromhex("F5 02 58 02 00 40 00 92"))), 0.0)
-        frames = Unpacker().feed(bench.link.read(1.0))
-        assert [str(each) for each in frames] == ["001#3100000000000032", "001#F501F7"]
-        frames = Unpacker().feed(bench.link.read(5.0))
-        assert [str(each) for each in frames] == ["001#F502F8"]
-
     def test_an_absolute_motion_turns_the_shaft_and_the_arm(self, bench):
         before = bench.world.motors
         heard = bench.ask(2, mks.MoveAbsoluteAxis(-TURN, 60, 0), 1.5)

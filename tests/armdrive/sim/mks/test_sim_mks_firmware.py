@@ -67,15 +67,6 @@ class TestRetargeting:
         bench.run(1.5)
         assert bench.counts(1) == TURN
 
-    def test_a_stream_of_targets_never_brakes(self):
-        bench = Bench(superseded="never")
-        slowest = 60.0
-        for step in range(1, 50):
-            bench.ask(1, mks.MoveAbsoluteAxis(step * 656 + 2000, 60, 240), 0.04)
-            if step > 5:
-                slowest = min(slowest, rpm(bench.board.nodes[0].motor.point, bench.now_s))
-        assert slowest == pytest.approx(60.0)
-
 
 class TestStoring:
     def test_armed_it_stores_a_motion_and_disarmed_it_forgets_it(self):
@@ -119,11 +110,6 @@ class TestWatchdog:
         for _ in range(10):
             bench.ask(node, mks.ReadEncoder(), 0.15)
         assert (bench.board.nodes[0].motion.watchdog_stops == 0) is fed
-
-    def test_it_is_off_unless_somebody_switches_it_on(self):
-        bench = Bench()
-        bench.ask(1, mks.MoveAbsoluteAxis(50 * TURN, 60, 250), 5.0)
-        assert bench.state(1) is mks.MotorState.FULL_SPEED
 
 
 class TestTalking:
