@@ -12,7 +12,7 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import ClassVar, TypeAlias
 
-from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.errors import BadField, RemoteProtocolError, chosen_by_sender
 from firmware_protocol.fields import each, message, optional, whole_from
 from firmware_protocol.grbl.commands import SETTING_MAX
 from firmware_protocol.grbl.dialect import (
@@ -144,7 +144,6 @@ class AxesInfo:
 COUNT_MAX = 99_999_999
 _STATE = re.compile(r"([A-Za-z]+)(?::([0-9]{1,3}))?")
 _DECIMAL = re.compile(r"-?[0-9]{1,9}(?:\.[0-9]{0,6})?")
-_WHOLE = re.compile(r"[0-9]{1,8}")
 
 
 class State(StrEnum):
@@ -222,38 +221,26 @@ class StatusReport:
         return f"<{'|'.join([*parts, *self.others])}>"
 
 
-def decimals(text: str) -> tuple[float, ...]:
-    """Read decimal numbers between commas; raises `RemoteProtocolError`."""
+def _numbers(text: str) -> tuple[float, ...]:
+    """Read numbers between commas; raises `RemoteProtocolError`."""
     parts = text.split(",")
     if not all(_DECIMAL.fullmatch(part) for part in parts):
-        raise RemoteProtocolError(f"'{text[:48]}' are no decimal numbers")
-    return tuple(float(part) for part in parts)
-
-
-def wholes(text: str) -> tuple[int, ...]:
-    """Read whole numbers between commas; raises `RemoteProtocolError`."""
-    parts = text.split(",")
-    if not all(_WHOLE.fullmatch(part) for part in parts):
-        raise RemoteProtocolError(f"'{text[:48]}' are no whole numbers")
-    return tuple(int(part) for part in parts)
-
-
-def _whole(text: str) -> tuple[str]:
-    return (text,)
+        raise RemoteProtocolError(f"'{text[:48]}' are no numbers")
+    return tuple(float(part) if "." in part else int(part) for part in parts)
 
 
 # What a field holds, and how it is read, by its name; in the order in which they are written.
 # grblHAL may add the actual speed to `FS`, which is not kept.
 _FIELDS: dict[str, tuple[tuple[str, ...], Callable[[str], tuple[object, ...]]]] = {
-    "MPos": (("machine_position",), lambda text: (decimals(text),)),
-    "Bf": (("free_blocks", "free_bytes"), wholes),
-    "FS": (("feed", "speed"), lambda text: decimals(text)[:2]),
-    "Pn": (("pins",), _whole),
+    "MPos": (("machine_position",), lambda text: (tuple(map(float, _numbers(text))),)),
+    "Bf": (("free_blocks", "free_bytes"), _numbers),
+    "FS": (("feed", "speed"), lambda text: tuple(map(float, _numbers(text)))[:2]),
+    "Pn": (("pins",), lambda text: (text,)),
 }
 
 
 def read_status(line: str) -> StatusReport:
-    """Read a report with its chevrons; raises `RemoteProtocolError`."""
+    """Read a report with its chevrons; raises `RemoteProtocolError` or `BadField`."""
     if not line.startswith("<") or not line.endswith(">"):
         raise RemoteProtocolError("a status report does not end where it should")
     head, *parts = line[1:-1].split("|")
@@ -275,10 +262,7 @@ def read_status(line: str) -> StatusReport:
     if "machine_position" in found and any(other.startswith("WPos:") for other in others):
         # GRBL reports one position or the other; Smoothieware reports both
         raise RemoteProtocolError("a status report has both positions, as GRBL's have not")
-    try:
-        return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
-    except LocalProtocolError as error:  # the board chose the values
-        raise RemoteProtocolError(f"status report: {error}") from None
+    return StatusReport(state[1], others=tuple(others), **found)  # type: ignore[arg-type]
 
 
 # Messages that follow a query or come by themselves, and answer no line.
@@ -323,10 +307,8 @@ def decode_answer(line: bytes) -> HostMessage:
     text = body.decode("ascii")
     for start, reader in _READERS.items():
         if text.startswith(start):
-            try:
+            with chosen_by_sender():
                 return reader(text)
-            except LocalProtocolError as error:  # the board chose the value
-                raise RemoteProtocolError(str(error)) from None
     raise RemoteProtocolError("no firmware of this family sends such a line")
 
 

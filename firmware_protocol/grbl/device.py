@@ -78,10 +78,9 @@ class Empty:
 
 @message()
 class Rejected:
-    """A line that is refused in any state, with the error code and the reason."""
+    """A line that is refused in any state, with the error code."""
 
     code: int
-    reason: str
 
 
 Content: TypeAlias = Empty | SystemCommand | Home | SetSetting | Block | Rejected
@@ -95,20 +94,18 @@ def parse_line(text: str, dialect: Dialect) -> Content:
     if not text:
         return Empty()
     if len(text) > dialect.max_line:
-        return Rejected(11, f"a line of more than {dialect.max_line} characters")
+        return Rejected(11)
     try:
         if text.startswith(_JOG):
             return parse_block(text[len(_JOG) :], dialect, jog=True)
         return _system(text, dialect) if text.startswith("$") else parse_block(text, dialect)
     except GcodeError as error:
-        return Rejected(error.code, str(error))
-    except LocalProtocolError as error:  # a value that none of our messages can hold
-        return Rejected(3, str(error))
+        return Rejected(error.code)
+    except LocalProtocolError:  # a value that none of our messages can hold
+        return Rejected(3)
 
 
 _PLAIN = {command.text: command for command in SystemCommand}
-# Characters after the `$` of a command; any other begins a setting's number.
-_KNOWN_LETTERS = "$GCXJ#HSIRN"
 
 
 def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:
@@ -116,31 +113,26 @@ def _system(text: str, dialect: Dialect) -> SystemCommand | Home | SetSetting:
         return _PLAIN[text]
     if text.startswith("$H"):
         return _home(text[2:], dialect)
-    if text[1:2] in _KNOWN_LETTERS:  # or nothing at all
-        raise GcodeError(3, text)
     return _setting(text)
 
 
 def _home(letters: str, dialect: Dialect) -> Home:
     allowed = 1 if dialect.single_axis_homing else 0
     if len(letters) > allowed or not set(letters) <= set(dialect.axes):
-        raise GcodeError(3, f"$H{letters}")
+        raise GcodeError(3)
     return Home(letters)
 
 
 def _setting(text: str) -> SetSetting:
-    taken = take_number(text, 1)
-    if taken is None:
-        raise GcodeError(3, text)
-    key, at = taken
-    if text[at : at + 1] != "=" or key < 0:
-        raise GcodeError(3, text)
+    key, at = take_number(text, 1) or (-1, 1)
+    if key < 0 or text[at : at + 1] != "=":
+        raise GcodeError(3)
     taken = take_number(text, at + 1)
     if taken is None:
-        raise GcodeError(2, text)
+        raise GcodeError(2)
     value, end = taken
     if end != len(text):
-        raise GcodeError(3, text)
+        raise GcodeError(3)
     return SetSetting(int(key), value)
 
 

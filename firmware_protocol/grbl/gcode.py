@@ -18,12 +18,11 @@ from types import MappingProxyType
 
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import message
-from firmware_protocol.grbl.codes import error_code
 from firmware_protocol.grbl.dialect import Dialect, take_number, write_number
 
 
 class Group(Enum):
-    """Modal groups. A block may have one word of each. Most are named as the mode in `Modal`."""
+    """Modal groups. A block may have one word of each. Some are named as the mode in `Modal`."""
 
     MOTION = "motion"
     COORDINATES = "coordinates"
@@ -60,10 +59,9 @@ COMMANDS: Mapping[str, Group] = MappingProxyType(
 class GcodeError(RemoteProtocolError):
     """The host sent a line that GRBL refuses with `code`."""
 
-    def __init__(self, code: int, detail: str = "") -> None:
+    def __init__(self, code: int) -> None:
         self.code = code
-        meaning = error_code(code).meaning
-        super().__init__(f"error {code}: {meaning}{f' ({detail})' if detail else ''}")
+        super().__init__(f"error {code}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,26 +96,26 @@ def parse_block(text: str, dialect: Dialect, *, jog: bool = False) -> Block:
     while at < len(text):
         letter = text[at]
         if not "A" <= letter <= "Z":
-            raise GcodeError(1, letter)
+            raise GcodeError(1)
         taken = take_number(text, at + 1)
         if taken is None:
-            raise GcodeError(2, letter)
+            raise GcodeError(2)
         value, at = taken
         if letter in "GM":
             name = f"{letter}{write_number(value)}"
             group = COMMANDS.get(name)
             if group is None or (group is Group.OUTPUT and not dialect.outputs):
-                raise GcodeError(20, name)
+                raise GcodeError(20)
             if group in commands:
                 # two motions on one line: so a lost line end gives error 24, as was seen
-                raise GcodeError(24 if group is Group.MOTION else 21, name)
+                raise GcodeError(24 if group is Group.MOTION else 21)
             commands[group] = name
         elif letter not in known and letter not in dialect.axes:
-            raise GcodeError(20, letter)
+            raise GcodeError(20)
         elif letter in axes or letter in values:
-            raise GcodeError(25, letter)
+            raise GcodeError(25)
         elif letter in VALUE_LETTERS and value < 0:
-            raise GcodeError(4, letter)
+            raise GcodeError(4)
         else:
             (axes if letter in dialect.axes else values)[letter] = value
     return Block(commands, axes, values, jog)
@@ -135,8 +133,6 @@ class Modal:
     """GRBL's parser state, at first as after a start. `feed` is in mm/min, 0 if none is set."""
 
     motion: str = "G0"
-    coordinates: str = "G54"
-    plane: str = "G17"
     units: str = "G21"
     distance: str = "G90"
     spindle: str = "M5"

@@ -205,10 +205,9 @@ class BoardState:
                 return f"the board is locked by an alarm, and a limit switch is pressed ({pressed})"
             homes = ", as after each start until it has homed" if self._settings.homing else ""
             return f"the board is locked by an alarm{homes}"
-        number = "" if self.alarm.code is None else f" {self.alarm.code}"
         return (
-            f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. Until "
-            "then the board may not answer, even if the cable is fine"
+            f"the board is in alarm {self.alarm.code} ({self.alarm.meaning}): "
+            f"{self.alarm.remedy}. Until then the board may not answer, even if the cable is fine"
         )
 
     def locked_words(self) -> str:

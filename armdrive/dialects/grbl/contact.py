@@ -62,14 +62,11 @@ class GrblContact:
         # wait for a banner or a report: a board that is starting up does not answer for a while
         boot_s, every_s = self.settings.boot_s, 2.0 * POLL_S
         alive = yield from exchange.sign_of_life(boot_s, every_s, StatusReport | Restarted)
-        if not alive and not (yield from exchange.soft_reset()):
-            self.io.write(b"", "?")
-            raise Obstructed(self.io.silence(began_s, "and none to a reset"))
-        if not (yield from self._end_leftover_motion()):
-            raise Obstructed(self.io.silence(began_s))
+        if alive:
+            yield from self._end_leftover_motion()
         exchange.end_echo()
-        # that reset may have been lost or not needed, so check that the board reads lines
-        if not (yield from self._reads_lines(seen=True)):
+        # a reset may have been lost or not needed, so check that the board reads lines
+        if not (yield from self._reads_lines(seen=alive)):
             raise Obstructed(self.io.silence(began_s))
         yield from self._recognise()
         # the report's coordinates give the number of axes, if `$I` has not named them
@@ -97,15 +94,15 @@ class GrblContact:
             if board.recognised and not board.lacking:
                 return
 
-    def _end_leftover_motion(self) -> Script[HostEvent, bool]:
-        """End what an earlier program left running; return False if the board does not answer.
+    def _end_leftover_motion(self) -> Script[HostEvent, None]:
+        """End what an earlier program left running.
 
         A reset discards a half-received line. In Idle it keeps position and state, whatever $22 is
         (gnea/grbl grbl/main.c: the prior state and sys_position stay), and the motors stay on if
         $1 is 255. If it could open the gripper, a line that is refused has to do.
         """
         if not (yield from self.exchange.look()):
-            return True  # it may read lines nevertheless
+            return  # it may read lines nevertheless
         end_s = self.io.now_s + LEFTOVER_MOTION_S
         while self.board.state in MOVING and self.io.now_s < end_s:
             yield from self.io.pause(self.io.now_s + POLL_S)
@@ -113,8 +110,7 @@ class GrblContact:
         if self.board.in_motion:
             yield from self.stops.hold()
         elif self.board.state in LINES_IGNORED or not self.stops.outputs.reset_lets_go:
-            return (yield from self.exchange.soft_reset())
-        return True
+            yield from self.exchange.soft_reset()
 
     def clear(self) -> Script[HostEvent, Reply]:
         """Leave an alarm, a hold, sleep or a mute state; the position is as valid as before.
@@ -138,8 +134,7 @@ class GrblContact:
                 return refusal(answer, "the board stays locked")
             yield from self.exchange.look()
         if self.board.state is not State.IDLE:
-            state = self.board.state or "unknown"
-            return RequestRejected(f"the board's state is {state}", moved=False)
+            return RequestRejected(f"the board's state is {self.board.state}", moved=False)
         return Done()
 
     def _reads_lines(self, *, seen: bool) -> Script[HostEvent, bool]:

@@ -114,8 +114,6 @@ class GrblController(ScriptRunner[HostEvent]):
         match request:
             case SetOutputs(bits):
                 self.outputs.check(bits)
-            case SetGripper():
-                self.outputs.check_gripper()
             case FixSetting(line) if not re.fullmatch(SETTING, line):
                 raise Refused(f"`{line}` is not a GRBL setting: write one like `$100=250`")
         return self._carry_out(request)
@@ -166,13 +164,14 @@ class GrblController(ScriptRunner[HostEvent]):
         for _ in range(TRIES):
             reported.clear()
             message = yield from self.exchange.ask(SystemCommand.QUERY_SETTINGS)
+            if not isinstance(message, Acknowledged):
+                continue
             for path in unlisted:
-                if isinstance(message, Acknowledged):
-                    yield from self.exchange.ask(Line(f"${path}"))
+                yield from self.exchange.ask(Line(f"${path}"))
             found = Comparison(
                 self.settings, self.axes, board.letters, dict(reported), board.behaviour
             )
-            if isinstance(message, Acknowledged) and found.number(keys.IDLE_MS) is not None:
+            if found.number(keys.IDLE_MS) is not None:
                 break
         if message is None:
             return self.io.silence(began_s)

@@ -213,14 +213,12 @@ class GrblExchange:
         """
         if not (yield from self.clear_line()):
             return None  # the board answers no line at all
-        answer = yield from self._one_line(command, patience_s)
-        if isinstance(answer, Refused):
-            yield from self.clear_line()
-        return answer
+        return (yield from self._one_line(command, patience_s))
 
     def clear_line(self) -> Script[HostEvent, bool]:
         """Clear the input line of stray characters; return False if nothing is answered.
 
+        It goes ahead of every line that is no motion, and so of every motion's first one. For
         grblHAL refuses all g-code after a refused line, until an empty one (protocol.c).
         """
         answer = yield from self._one_line(Line())
@@ -241,7 +239,6 @@ class GrblExchange:
             if isinstance(answer, Acknowledged):
                 yield from self.io.pause(self.io.now_s + REPORT_TIMEOUT_S)
             elif answer is not None:
-                yield from self.clear_line()
                 break
         return answered
 
@@ -256,7 +253,7 @@ class GrblExchange:
         end_s = self.wire_free_s + patience_s
         while True:
             message = yield from self.listen(end_s)
-            if isinstance(message, Acknowledged | Refused | Restarted | AlarmRaised):
+            if isinstance(message, Answer):
                 return message
             if message is None and self.io.now_s >= end_s:  # everything received has been read
                 self.host.forget_outstanding()
@@ -285,11 +282,11 @@ class GrblExchange:
                 return True
             self.give_up()  # the banner may have been garbled
             reported = yield from self.look(2.0 * REPORT_TIMEOUT_S)
-            # a board without alarm has ended no motion; otherwise its messages may have been lost
-            free = isinstance(board.state, State) and board.state is not State.ALARM
-            board.aborted = board.aborted or not (reported and free)
             if reported and board.state in (State.IDLE, State.ALARM):
-                return True  # only the banner was lost; in any other state, the reset was
+                # only the banner was lost, and perhaps the alarm that says that a motion has ended;
+                # in any other state, the reset was
+                board.aborted |= board.state is State.ALARM
+                return True
             if not (reported or patient):
                 break
         return False
@@ -311,7 +308,6 @@ class GrblExchange:
         while self.io.now_s < end_s:
             message = yield from self.listen(again_s if again else end_s)
             if isinstance(message, Restarted):
-                self.host.forget_outstanding()
                 return True
             again = again and not isinstance(message, AlarmRaised)
             if again and self.io.now_s >= again_s:

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 from armdrive.dialects.controller import HomingTime
 from armdrive.dialects.exchange import Script, ScriptIO
-from armdrive.dialects.grbl.board import HELD, BoardState
+from armdrive.dialects.grbl.board import LINES_IGNORED, BoardState
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answer, GrblExchange, refusal
 from armdrive.dialects.grbl.planner import InFlightLines, MotionBounds, line_path
@@ -193,7 +193,7 @@ class GrblMotion:
             return RequestRejected(board.alarm_words())
         if state is State.HOLD:
             return Interrupted()
-        if state in (*HELD, State.SLEEP, State.CHECK):
+        if state in LINES_IGNORED:
             return RequestRejected(board.busy_words())
         self.io.notify(Progress(board.registers()))
         before = lines.progress
@@ -237,8 +237,6 @@ class GrblMotion:
         """End a motion after a stop request, or a jog whose key was released."""
         if self.io.stop_asked and self.io.stop_hard:
             kept = yield from self.stops.kill(self.lines)
-        elif not self.io.stop_asked and self.lines.empty and self.drawn is None:
-            return Done()
         elif self.request.jog:
             kept = yield from self.stops.cancel_jog(self.lines)
         else:
@@ -250,7 +248,7 @@ class GrblMotion:
         if isinstance(end, Timeout):
             # the board may still receive; a reset could make the arm sag
             self.stops.send_brake()
-        elif self.board.alarm is None and self.board.state not in (None, State.ALARM):
+        elif self.board.state not in (None, State.ALARM):
             yield from self.stops.hold()
         return end
 

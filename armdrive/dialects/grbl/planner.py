@@ -28,7 +28,7 @@ from kinematics.spaces import Motors
 # Lengths are in the board's own units ("mm"). Source of the corner speed and of the two passes:
 # gnea/grbl grbl/planner.c (plan_buffer_line, planner_recalculate).
 
-# A cosine this close to 1 or -1 means a complete reversal or no turn at all.
+# A cosine this close to -1 means no turn at all.
 COSINE_TOLERANCE = 1e-6
 # The share of a line that is always left to drive, so that its length stays positive.
 SMALLEST_REST = 1e-6
@@ -94,14 +94,12 @@ def corner_speed(one: MotorPath, other: MotorPath, limits: Limits) -> float:
     fastest = min(one.speed, other.speed)
     # of the angle between the lines as sides of the corner, as the firmware computes it
     cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
-    if cosine > 1.0 - COSINE_TOLERANCE:
-        return 0.0
     if cosine < COSINE_TOLERANCE - 1.0:
         return fastest
     turn = [b - a for a, b in zip(one.unit, other.unit, strict=True)]
     size = math.hypot(*turn)
     slope = limits.along([part / size for part in turn], limits.accelerations)
-    half_sine = math.sqrt(0.5 * (1.0 - cosine))
+    half_sine = math.sqrt(max(0.5 * (1.0 - cosine), 0.0))
     return min(fastest, math.sqrt(slope * limits.junction * half_sine / (1.0 - half_sine)))
 
 
@@ -194,8 +192,6 @@ class SegmentBuffer:
             lasts_s = segment_lasts_s(rate_hz)
             count = min(duration_s / lasts_s, left)
             left, total_s = left - count, total_s + count * lasts_s
-            if left <= 0.0:
-                break
         return total_s
 
 

@@ -335,10 +335,6 @@ def _is_other(found: float, wanted: float) -> bool:
     return abs(found - wanted) > SETTING_TOLERANCE
 
 
-def _is_far(found: float, wanted: float) -> bool:
-    return abs(found - wanted) > wanted * SETTING_TOLERANCE + SETTING_TOLERANCE
-
-
 def _is_lower(found: float, wanted: float) -> bool:
     return found < wanted * (1.0 - RATE_TOLERANCE)
 
@@ -458,7 +454,7 @@ class Comparison:
         for motor in range(len(self.axes.letters)):
             yield from self._expected_of_axis(motor)
         junction = self.axes.expected(settings).junction
-        yield Expected(keys.JUNCTION, junction, "the corner rounding", _is_far)
+        yield Expected(keys.JUNCTION, junction, "the corner rounding", _is_other)
         yield Expected(keys.SOFT_LIMITS, settings.soft_limits, "soft limits", _is_switched)
         yield Expected(keys.HARD_LIMITS, settings.hard_limits, "hard limits", _is_switched)
         if behaviour.homing_bits is not None and settings.homing:

@@ -47,11 +47,6 @@ class GrblOutputs:
                 "more: name them in grbl.outputs"
             )
 
-    def check_gripper(self) -> None:
-        """Raise `Refused` if a motor drives the gripper."""
-        if not self.reset_lets_go:
-            raise Refused("this arm's gripper is driven by a motor, not by a servo or output")
-
     def set(self, bits: int) -> Script[HostEvent, Reply]:
         """Switch the outputs."""
         refused = yield from self._carry_out(self._switching(bits), "the outputs")
@@ -114,8 +109,6 @@ class GrblOutputs:
 
 # Interval of queries while the board brakes.
 STOP_POLL_S = 0.02
-# After more Idle reports than this, the firmware evidently ignores a hold at rest.
-IDLE_REPORTS = 10
 
 
 @dataclass(slots=True, eq=False)
@@ -148,20 +141,13 @@ class GrblStops:
         hold, because no report shows whether a reset would interrupt a motion.
         """
         end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
-        idle, stood = 0, False
+        stood = False
         while self._may_wait(end_s) and not stood:
             if self.board.state not in HELD:  # the first one may be lost; a second is harmless
                 self.send_brake()
-            if not (yield from self._watch()):
-                continue
-            idle = idle + 1 if self.board.standing else 0
-            state, sub_state = self.board.state, self.board.sub_state
-            stood = (
-                (state in HELD and not sub_state)
-                or state in (State.ALARM, State.SLEEP, State.CHECK)
-                or (state is State.DOOR and sub_state == 1)
-                or idle > IDLE_REPORTS
-            )
+            if (yield from self._watch()):
+                held = self.board.state in HELD and not self.board.sub_state
+                stood = held or self.board.state is State.ALARM
         if self.exchange.mute and not self.io.stop_hard:
             return False
         return (yield from self.reset_and_restore(moving=not stood)) and stood
