@@ -36,7 +36,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import require_name
 from armdrive.setup.draft import Draft, ratio, read_links
-from armdrive.setup.templates import GRIPPERS, available
+from armdrive.setup.templates import GRIPPERS, TEMPLATES
 from armdrive.text.toml import TomlEntry
 from armdrive.transports.address import CanAddress, is_can
 from kinematics.spaces import COORDINATES, POSE_FIELDS
@@ -301,8 +301,8 @@ ROWS = (
     ArmRow(
         "template", "Which template does it begin from?",
         "A template brings a model, a dialect and defaults; every number can be changed below.",
-        lambda _draft: choice(tuple(available())),
-        choices=lambda _draft: tuple((key, row.title) for key, row in available().items()),
+        lambda _draft: choice(tuple(TEMPLATES)),
+        choices=lambda _draft: tuple((key, row.title) for key, row in TEMPLATES.items()),
     ),
     ArmRow(
         "title", "A title?", "Shown wherever the arm is named.",

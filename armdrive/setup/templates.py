@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from armdrive.registry import DIALECTS
-
 COUPLED, OWN_MOTOR, SERVO, OUTPUT, NOTHING = "coupled", "stepper", "servo", "output", "none"
 
 # The kinds of grippers in the interview.
@@ -120,8 +118,3 @@ _ROWS = (
 
 # Every template by its key.
 TEMPLATES: Mapping[str, Template] = MappingProxyType({each.key: each for each in _ROWS})
-
-
-def available() -> dict[str, Template]:
-    """Return the templates whose dialect this armdrive speaks."""
-    return {key: each for key, each in TEMPLATES.items() if each.dialect in DIALECTS}

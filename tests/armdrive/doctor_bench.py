@@ -16,7 +16,7 @@ from armdrive.registry import simulate
 from armdrive.setup import dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup.dialog_runner import DialogClock
-from armdrive.setup.prober import Examination, examine
+from armdrive.setup.prober import QUICK_BAUD, Examination, examine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import DeviceLine
 from armdrive.transports import opening
@@ -51,7 +51,7 @@ class SimPort(Link):
 
     def __post_init__(self) -> None:
         self.line = DeviceLine(self.device, self.device.board.baud)
-        self.baud = self.baud or self.device.board.baud or 0
+        self.baud = self.baud or QUICK_BAUD
 
     def tune(self, baud: int) -> None:
         self.baud = baud

@@ -17,7 +17,7 @@ from armdrive.cli.options import (
 )
 from armdrive.errors import BadRequest
 from armdrive.registry import LANGUAGES
-from armdrive.setup.templates import available
+from armdrive.setup.templates import TEMPLATES
 
 # --- completion
 
@@ -55,7 +55,7 @@ def _config_new(parser: argparse.ArgumentParser) -> None:
       --yes                every default, without asking
       --force              overwrite an arm file of that name
     """
-    add_options(parser, _config_new, {"[NAME]": str, "PORT": str, "TEMPLATE": available()})
+    add_options(parser, _config_new, {"[NAME]": str, "PORT": str, "TEMPLATE": TEMPLATES})
     add_json_option(parser)
 
 

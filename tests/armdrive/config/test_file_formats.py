@@ -12,7 +12,7 @@ from armdrive.config.link_model import read_model
 from armdrive.errors import ArmFileError, PointsFileError
 from armdrive.registry.arm_files import load_arm, parse_arm
 from armdrive.setup.filing import new_text
-from armdrive.setup.templates import available
+from armdrive.setup.templates import TEMPLATES
 from armdrive.storage import files as places
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, parse_points
@@ -124,7 +124,7 @@ def first_key(text):
 
 @pytest.mark.parametrize(
     "template",
-    amount(["teachmover", "printed-six"], [each for each in available() if each != "own"]),
+    amount(["teachmover", "printed-six"], [each for each in TEMPLATES if each != "own"]),
 )
 def test_a_new_arm_file_and_its_link_table_state_their_format_first(call, template):
     call("config", "new", "bench", "--template", template, "--yes", code=0)

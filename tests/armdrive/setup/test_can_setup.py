@@ -3,6 +3,7 @@
 import contextlib
 import math
 import tomllib
+from dataclasses import replace
 from itertools import count
 
 import pytest
@@ -11,8 +12,18 @@ from can_setup_bench import NAMES, READING, TURNING, Bench, arm
 
 from armdrive.dialog import About
 from armdrive.errors import BadRequest
-from armdrive.setup.commissioning import ask_together, plan_of
+from armdrive.setup.commissioning import ask_together, measure_units, plan_of
+from armdrive.setup.dialog_runner import STOP_S, DialogClock, carry_out
 from armdrive.setup.filing import propose_drives
+from armdrive.tasks import (
+    Alert,
+    AlertKind,
+    Done,
+    MeasureUnits,
+    RequestRejected,
+    SwitchOn,
+    Timeout,
+)
 from firmware_protocol import mks
 from firmware_protocol.frames import pack
 
@@ -148,6 +159,64 @@ def test_an_arm_without_such_drives_is_refused():
         plan_of(simulated_config("grbl"))
     with pytest.raises(BadRequest, match="6 motors"):
         plan_of(arm(ids=(1, 2, 3)))
+
+
+class Executor:
+    """Carries a request out: tells of these events at once, and is busy until it is stopped."""
+
+    busy = True
+
+    def __init__(self, *events):
+        self.events, self.calls = list(events), []
+
+    def __getattr__(self, name):
+        return lambda *_, **_how: self.calls.append(name)
+
+    def next_event(self):
+        return self.events.pop(0) if self.events else None
+
+    def next_s(self):
+        return 0.0 if self.events else math.inf
+
+    def advance(self, now_s):
+        return b""
+
+
+def test_after_an_alert_no_reply_counts():
+    executor = Executor(Done(), Alert(AlertKind.RESTARTED, "drive 2 restarted"), Done())
+    executor.advance = lambda now_s: setattr(executor, "busy", False)
+    replied = carry_out(executor, None, Bench().twin.link, DialogClock())
+    assert replied == RequestRejected("drive 2 restarted")
+
+
+def test_a_motion_that_is_left_is_stopped_and_given_up_if_it_does_not_end():
+    clock, executor = DialogClock(), Executor()
+    executor.advance = lambda now_s: b"" if "stop" in executor.calls else interrupt()
+    with pytest.raises(KeyboardInterrupt):
+        carry_out(executor, None, Bench().twin.link, clock)
+    assert [each for each in executor.calls if each != "receive"] == ["begin", "stop", "abandon"]
+    assert clock.now_s() == STOP_S
+
+
+@pytest.mark.parametrize(
+    ("word", "replies", "asked"),
+    [
+        ("no", [], []),
+        ("yes", [RequestRejected("a fault")], [SwitchOn]),
+        ("yes", [Done(), Timeout("", 1.0)], [SwitchOn, MeasureUnits]),
+    ],
+)
+def test_units_are_measured_after_a_yes_while_the_motors_are_on(word, replies, asked):
+    bench, requests = Bench(), []
+    bench.person.says["Switch the motors on"] = word
+
+    def carry_out_next(_executor, request):
+        requests.append(type(request))
+        return replies[len(requests) - 1]
+
+    dialog = replace(bench.dialog, carry_out=carry_out_next)
+    assert measure_units(dialog, bench.config, None) == ()
+    assert requests == asked
 
 
 # Which drives are on the bus: old firmware, two at once, none, another program.

@@ -18,7 +18,7 @@ from armdrive.setup.draft import Surroundings
 from armdrive.setup.filing import after_writing, checked, files_of, write
 from armdrive.setup.interview import Interview
 from armdrive.setup.questions import homing_order
-from armdrive.setup.templates import TEMPLATES, available
+from armdrive.setup.templates import TEMPLATES
 from kinematics import Joints, preset
 
 FIVE = ["base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"]
@@ -64,7 +64,7 @@ def loaded(folder, template, answers=()):
 # -- templates --------------------------------------------------------------------------------
 
 
-@every_row("template", available())
+@every_row("template", TEMPLATES)
 def test_every_template_loads_and_every_question_explains_itself(tmp_path, template):
     assert loaded(tmp_path, template).connection.dialect == TEMPLATES[template].dialect
     interview = Interview(Surroundings())
@@ -74,7 +74,7 @@ def test_every_template_loads_and_every_question_explains_itself(tmp_path, templ
         interview.answer(answers.get(question.key, ""))
 
 
-@pytest.mark.parametrize("template", list(available()) if THOROUGH else ["own", "printed-six"])
+@pytest.mark.parametrize("template", list(TEMPLATES) if THOROUGH else ["own", "printed-six"])
 def test_a_template_drives_its_simulated_twin(tmp_path, template):
     config = loaded(tmp_path, template)
     first, second = config.model.arm.joint_names[:2]
@@ -220,7 +220,7 @@ def test_an_empty_line_is_the_default_and_a_wrong_one_changes_nothing():
         interview.answer("9" * 5000)
     assert interview.question.key == "template"
     interview.answer("1")
-    assert interview.draft.template.key == next(iter(available()))
+    assert interview.draft.template.key == next(iter(TEMPLATES))
     assert interview.question.default == "Microbot TeachMover"
     assert interview.back() == "template"
     interview.answer("robko01")

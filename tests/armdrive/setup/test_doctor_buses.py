@@ -22,7 +22,6 @@ from armdrive.dialects.cia402.survey import (
     SERIAL_NUMBER,
     VENDOR,
     ask_nodes,
-    is_command,
     seen_nodes,
     survey_scripts,
 )
@@ -235,7 +234,7 @@ def test_canopen_reads_command_no_mks_drive():
 def test_ids_that_mean_something_to_canopen_are_not_asked_as_mks_drives():
     ids = (1, 127, 128, 0x201, 0x601)
     there = [Answers("canopen", (1,), (1,))]
-    assert harmless_ids(ids, [], {}) == list(ids)
+    assert harmless_ids(ids, [Answers("canopen", (1,), ())], {}) == list(ids)
     assert harmless_ids(ids, there, {}) == [1, 127]
     assert harmless_ids(ids, [], {5: NodeState.OPERATIONAL}) == [1, 127]
     assert cob_id(Service.SYNC) == 128
@@ -245,7 +244,7 @@ def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
     answers = ask_bus(NodesBus(drive(1), drive(2)), DialogClock(), (1, 2, 0x201))
     assert [each.protocol for each in answers] == ["canopen", "mks"]
     assert [each.there for each in answers] == [(1, 2), ()]
-    assert answers[1].asked == (1, 2)
+    assert [each.asked for each in answers] == [(1, 2), (1, 2)]
     on = Bench(factory=False)
     on.device.board.node(0).port.plugged = True
     line = on.twin.link.line
@@ -277,10 +276,12 @@ def test_an_arm_files_bus_is_asked_as_that_says_and_otherwise_where_nobody_answe
         (Frame(0x583, bytes(8)), False),
         (Frame(0x083, bytes(8)), False),
         (Frame(0x7F0), False),
+        (encode(2, ReadVersion()), True),
+        (encode(0x201, EncoderRead(5)), False),  # an answer, whatever the id means elsewhere
     ],
 )
 def test_a_masters_frames_are_known(frame, commands):
-    assert is_command(frame, 127) is commands
+    assert prober.is_command(frame, 127) is commands
 
 
 def test_a_bus_that_a_canopen_master_commands_is_left_alone_and_it_is_quoted():

@@ -105,6 +105,22 @@ def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     assert next_steps[-1] == "armdrive config new --port /dev/ttyUSB0"
 
 
+def test_the_rate_of_a_board_is_its_own_where_it_has_one():
+    board = made("grbl")
+    for baud, found in ((9600, 9600), (None, 115_200)):  # the second over native USB
+        board.board.baud = baud
+        assert SimPort(board).examine().baud == found
+    silent = SimPort(ScriptedDevice()).examine()
+    assert [each.baud for each in silent.replies if not each.probe] == [115_200, 9600] * 2
+
+
+def test_a_port_is_left_so_that_the_next_opening_restarts_no_board(monkeypatch):
+    asked = []
+    monkeypatch.setattr(carrying, "SerialLink", lambda *_, **settings: asked.append(settings))
+    carrying._opened("/dev/arm", 9600)
+    assert asked == [{"raise_dtr": True, "keep_dtr_on_close": True}]
+
+
 RESTARTED = SimPort(ScriptedDevice((1.0, BANNER), baud=115200)).examine(115200)
 DTR = {"raise_dtr": True, "keep_dtr_on_close": True}
 

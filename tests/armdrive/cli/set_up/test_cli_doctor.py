@@ -25,10 +25,11 @@ from armdrive.arm.device import ControllerMemory
 from armdrive.connect import parts
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import explaining
+from armdrive.dialects.bus.tools import Listened
 from armdrive.errors import PortUnavailable
 from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock, SimulatedPace
-from armdrive.setup import dialog_runner
+from armdrive.setup import bus_survey, dialog_runner
 from armdrive.setup import prober as carrying
 from armdrive.setup import prober as probing
 from armdrive.setup.dialog_runner import DialogClock
@@ -317,8 +318,10 @@ def drives(monkeypatch):
     return twin
 
 
-def test_a_bus_is_looked_at_and_an_arm_file_mended(call, drives):
-    seen = call("doctor", "--can", BUS.removeprefix("can:"), "--json", code=0).json
+def test_a_bus_is_looked_at_and_an_arm_file_mended(call, drives, monkeypatch):
+    there = [CanPort(BUS, ""), CanPort("can:socketcan:can1", "", "bring it up")]
+    monkeypatch.setattr(system, "list_can_ports", lambda ports: there)
+    seen = call("doctor", "--can", "--json", code=0).json
     assert [each["id"] for each in seen["drives"]] == [1, 2, 3, 4, 5, 6]
     assert seen["bus"]["state"] == "active"
     ids = ("--ids", "1-6")
@@ -335,10 +338,17 @@ def test_a_bus_is_looked_at_and_an_arm_file_mended(call, drives):
 def test_an_empty_bus_is_told_from_a_wrong_rate(call, drives):
     wrong = BUS.replace("500000", "250000")
     said = call("doctor", wrong, "--ids", "1-2", code=6).out
-    assert "no node acknowledges a frame" in said
+    assert "no node answers to the ids 1, 2, and no node acknowledges a frame" in said
     for motor in range(6):
         drives.board.node(motor).port.plugged = False
     assert "took every frame" in call("doctor", BUS, "--ids", "1-2", code=6).out
+
+
+def test_no_drive_is_asked_while_another_program_commands_drives(call, drives, monkeypatch):
+    order = mks.encode(2, mks.ReadEncoder())
+    monkeypatch.setattr(bus_survey, "listened", lambda *_: Listened((order,), (order,)))
+    monkeypatch.setattr(opening, "open_can_link", lambda _port: pytest.fail("the bus was opened"))
+    assert "so no drive was asked: end that program" in call("doctor", BUS, code=1).out
 
 
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
