@@ -240,18 +240,6 @@ def numbered(line: str, words: Sequence[str]) -> str | None:
     return {str(place): word for place, word in enumerate(words, 1)}.get(line)
 
 
-def several(words: Sequence[str]) -> Reader:
-    """Return a reader for some of these words, separated by commas; "none" for none of them."""
-
-    def read(line: str) -> tuple[str, ...]:
-        parts = [part.strip() for part in line.split(",") if part.strip()]
-        if parts == ["none"]:
-            return ()
-        return tuple(choice(words)(part) for part in parts)
-
-    return read
-
-
 def number(low: float, high: float, unit: str = "") -> Reader:
     """Return a reader for a number between these bounds, both included."""
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import DEFAULT_TARGET, SIM, Target, find
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry.arm_files import ENDING, arm_path, arm_paths, ending_hint
+from armdrive.registry.arm_files import ENDING, arm_path, arm_paths
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.storage.point_file import Points, points_of
@@ -28,7 +28,7 @@ def path_of(name: str) -> Path:
     known = [each.stem for each in arm_paths()]
     hint = suggestion(name.removesuffix(ENDING), known)
     there = f"known: {', '.join(known)}" if known else "there is none yet: armdrive config new"
-    raise ArmFileError(f"no arm file is called {name!r} ({there}){ending_hint(name)}{hint}")
+    raise ArmFileError(f"no arm file is called {name!r} ({there}){hint}")
 
 
 def _default_path() -> Path:

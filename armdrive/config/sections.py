@@ -360,7 +360,7 @@ def read_backlash(table: TomlTable, transmission: Transmission | None) -> tuple[
     names = [motor.name for motor in transmission.motors]
     rows = {str(row.entries.get("name")): row for row in table.rows("motors")}
     turning = table.by_name(TURNING, names[: len(transmission.joint_names)], WIDTHS[TURNING])
-    if not rows and SLIDING in table.entries and not transmission.has_gripper:
+    if SLIDING in table.entries and not transmission.has_gripper:
         table.problems.note(f"{SLIDING} is of a gripper's motor, and this arm has none")
     widths = []
     for index, name in enumerate(names):
@@ -502,8 +502,6 @@ def _sums(table: TomlTable, joints: tuple[str, ...]) -> Iterator[AngleSum]:
                 f"{row.where} needs joints, for example joints = {{ {joints[1]} = 1 }}"
             )
         name = row.value("name", text, " + ".join(shares))
-        if not name and shares:
-            row.problems.note(f"{row.at('name')} must be text, not ''")
         bounds = row.required("range_deg", joint_range)
         if bounds is not None:
             yield AngleSum(name, tuple(shares.items()), bounds.low_rad, bounds.high_rad)

@@ -16,7 +16,6 @@ from armdrive.registry.arm_files import (
     ENDING,
     arm_path,
     arm_paths,
-    ending_hint,
     load_arm,
     preset_arm,
 )
@@ -60,7 +59,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
         raise BadRequest(
             f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
             f"{', '.join(DIALECTS)}; `{command_line('doctor', name)}` finds it out without moving "
-            f"anything{ending_hint(name)}"
+            "anything"
         )
     row = dialect(dialect_name)
     connection = Connection(row.name, name, baud or row.baud, row.raise_dtr)
@@ -145,6 +144,6 @@ def _unknown(name: str) -> str:
     ]
     return (
         f"no arm is called {name!r}: known are {', '.join(known)}. Arm files are looked for in "
-        f"{folder}; a port is written in full, for example /dev/ttyUSB0{ending_hint(name)}"
+        f"{folder}; a port is written in full, for example /dev/ttyUSB0"
         f"{suggestion(name, known)}"
     )

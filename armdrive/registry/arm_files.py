@@ -13,7 +13,6 @@ from armdrive.dialects import Dialect
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import DEFAULT, dialect
 from armdrive.storage import files as places
-from armdrive.text.reading import is_there
 from armdrive.text.toml import Problems, TomlTable, require_format
 from armdrive.transports.address import CanAddress, is_can
 from kinematics.errors import KinematicsError
@@ -39,13 +38,6 @@ def _is_model(path: Path) -> bool:
 def arm_path(name: str) -> Path:
     """Return where an arm's file is, or would be written; a path is returned unchanged."""
     return Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
-
-
-def ending_hint(name: str) -> str:
-    """Return that arm files end in `.toml`, for a name with another ending that is no device."""
-    path = Path(name)
-    other = path.suffix not in ("", ENDING) and (not is_there(path) or path.is_file())
-    return f"; arm files end in {ENDING}" if other else ""
 
 
 def require_name(name: str) -> None:

@@ -58,12 +58,6 @@ def _known(target: str | None, dialect: str | None, baud: int | None) -> Target 
         return None
 
 
-def _alike(asked: ArmConfig, here: ArmConfig) -> bool:
-    """Return whether two arms have the same dialect and calibration."""
-    same_dialect = asked.connection.dialect == here.connection.dialect
-    return same_dialect and asked.calibration == here.calibration
-
-
 _NAME = made_of(str, "the name of an arm", f'"{DEFAULT_TARGET}"')
 # The checks of the arguments of an `ArmWorld`'s calls, by annotation.
 RULES: Mapping[str, Rule] = MappingProxyType(
@@ -111,7 +105,7 @@ class ArmWorld:
     ) -> None:
         self._open.close()
         for placed in self._placed.values():
-            if placed.arm is not None and placed.taken:
+            if placed.arm is not None:
                 placed.arm.close()
 
     # -- arms and blocks ----------------------------------------------------------------------
@@ -219,13 +213,7 @@ class ArmWorld:
 
     def set_input(self, number: int, on: bool = True) -> None:
         """Switch an input of the controller, counted from 1. Raises `BadRequest`."""
-        try:
-            self.twin.device.set_input(number - 1, on)
-        except BadRequest:
-            raise BadRequest(
-                f"the {self._first().config.title} has no input {number} for a sensor; inputs are "
-                "counted from 1, and a grip switch follows the fingers"
-            ) from None
+        self.twin.device.set_input(number - 1, on)
 
     def after(self, by_s: float, action: Callable[[], object]) -> None:
         """Run `action` after a delay: `arm_world.after(5, lambda: world.take("A"))`."""
@@ -274,10 +262,13 @@ class ArmWorld:
         if not self._placed and self._chosen is None and asked is not None:
             return self._place(ONLY, asked.config, Stand(self._table))
         only = self._first()
-        if asked is not None and not _alike(asked.config, only.config):
-            raise BadRequest(
-                f"the program connects to {asked.config.title} ({asked.config.connection.dialect}),"
-                f" but this test has {only.config.title} ({only.config.connection.dialect}): mark "
-                'it with @pytest.mark.armdrive(dialect="...") or (file="...")'
-            )
+        if asked is not None:
+            theirs, ours = asked.config, only.config
+            spoken, here = theirs.connection.dialect, ours.connection.dialect
+            if (spoken, theirs.calibration) != (here, ours.calibration):
+                raise BadRequest(
+                    f"the program connects to {theirs.title} ({spoken}), but this test has "
+                    f'{ours.title} ({here}): mark it with @pytest.mark.armdrive(dialect="...") or '
+                    '(file="...")'
+                )
         return only

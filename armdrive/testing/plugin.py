@@ -69,22 +69,14 @@ def sim_arm(arm_world: ArmWorld) -> Iterator[Arm]:
 def _target(request: pytest.FixtureRequest) -> str | None:
     """Return the target of the test's arm; None if neither the mark nor an option chooses one."""
     mark = request.node.get_closest_marker(MARK)
-    if mark is not None:
-        _check(mark)
-        chosen = [mark.kwargs.get(key) for key in KEYS]
-    else:
-        chosen = [request.config.getoption(f"--armdrive-{key}") for key in KEYS]
-    dialect, file = chosen
-    if dialect is not None and file is not None:
-        raise pytest.UsageError("name a dialect or a file for the simulated arm, not both")
-    if file is not None:
-        return str(request.config.rootpath / file)
-    return None if dialect is None else f"sim:{dialect}"
-
-
-def _check(mark: pytest.Mark) -> None:
-    unknown = set(mark.kwargs) - set(KEYS)
-    if mark.args or unknown or not mark.kwargs:
+    options = {key: request.config.getoption(f"--armdrive-{key}") for key in KEYS}
+    chosen = options if mark is None else mark.kwargs
+    given = {key: value for key, value in chosen.items() if value is not None}
+    if len(given) > 1 or not given.keys() <= set(KEYS) or (mark is not None and mark.args):
         raise pytest.UsageError(
-            f'write @pytest.mark.{MARK}(dialect="grbl") or @pytest.mark.{MARK}(file="bench.toml")'
+            f"choose the simulated arm by its dialect or by a file, as @pytest.mark.{MARK}"
+            '(dialect="grbl") or (file="bench.toml")'
         )
+    if "file" in given:
+        return str(request.config.rootpath / given["file"])
+    return f"sim:{given['dialect']}" if given else None

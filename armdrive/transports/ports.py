@@ -135,7 +135,7 @@ class PortInfo:
     @property
     def usb_id(self) -> str:
         """The USB vendor and product ids, as other programs write them; empty without them."""
-        return "" if self.vid is None or self.pid is None else f"{self.vid:04x}:{self.pid:04x}"
+        return "" if self.vid is None else f"{self.vid:04x}:{self.pid:04x}"
 
 
 def list_ports() -> tuple[PortInfo, ...]:
@@ -204,7 +204,7 @@ def device_of(serial_number: str, before: str = "") -> str:
         return str(address.at(device_of(serial_number, address.device)))
     found = _found()
     devices = [info.device for info in found if info.serial_number == serial_number]
-    if before and any(os.path.realpath(each) == os.path.realpath(before) for each in devices):
+    if any(os.path.realpath(each) == os.path.realpath(before) for each in devices):
         return before
     if len(devices) == 1:
         return devices[0]
@@ -367,7 +367,7 @@ def list_can_ports(ports: Iterable[PortInfo]) -> list[CanPort]:
     of_kernel = [
         CanPort(
             f"can:socketcan:{name}",
-            "the kernel's CAN interface" + ("" if up else ", which is down"),
+            "the kernel's CAN interface",
             "" if up else f"bring it up with `{bring_up(name)}`",
         )
         for name, up in can_interfaces().items()

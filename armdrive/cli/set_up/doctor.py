@@ -44,7 +44,7 @@ def doctor(options: argparse.Namespace) -> Result:
     ):
         return _on_bus(options, config)
     if options.ids:
-        raise BadRequest("--ids are those of a CAN bus: name one with --can")
+        raise BadRequest("--ids are about a CAN bus: name one with --can")
     closed = port_of(config) if config is not None and options.arm else look_at(options.port)
     report = _report(closed.port, options)
     report.more = {"arm_files": list(closed.arms)}

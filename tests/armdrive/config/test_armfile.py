@@ -346,7 +346,8 @@ BOX = 'name = "vice"\nmin_mm = [150, -60, 0]\nmax_mm = [230, 60, 60]\n'
 SUM = "[[guards.sums]]\njoints = { elbow = 1 }\nrange_deg = [0, 1]\n"
 PROBLEMS = [
     ("[motion]\njog_burst = 0.1", ["did you mean 'jog_burst_s'"]),
-    ("[motion]\njog_burst_s = nan", ["motion.jog_burst_s"]),
+    ("[motion]\njog_burst_s = nan\nidle_poll_s = 0.01",
+     ["motion.jog_burst_s", "motion.idle_poll_s must be 0, or from 0.05"]),
     ("motion = 3\ngripper = 4", ["motion must be a table", "gripper must be a table"]),
     (f"[connection]\nbaud = {10**400}", ["connection.baud must be a finite number"]),
     ("[connection]\nbaud = 9600.0\nraise_dtr = 1", ["must be a whole number", "true or false"]),

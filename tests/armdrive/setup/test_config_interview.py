@@ -267,6 +267,10 @@ def at_question(key, dialect="grbl", template="minimover5-grbl", **around):
         ("connection.port", {"dialect": "mks"}, "can:x:y?bitrate", "can:slcan:/dev/ttyACM0"),
         ("connection.port", {}, "7", "names no port of a grbl"),
         ("connection.baud", {}, "7", "from 50 to 4e"),
+        ("microsteps", {}, "2.5", "a whole number is needed"),
+        ("homing.own", {}, "perhaps", "answer yes or no"),
+        ("fingers.range", {"template": "printed-six"}, "76 0", "must be below the second"),
+        ("fingers.range", {"template": "printed-six"}, "1 2 3", "2 numbers are needed"),
     ],
 )
 def test_what_the_arm_file_would_not_take_is_refused_at_its_question(key, more, line, why):

@@ -327,11 +327,24 @@ def test_an_unknown_arm_is_one_sentence_even_for_a_test_that_never_connects(pass
         def test_filed(arm_world):
             pass
 
+        @pytest.mark.armdrive("grbl")
+        def test_without_a_word(arm_world):
+            pass
+
+        @pytest.mark.armdrive(dialect="grbl", file="none.toml")
+        def test_both(arm_world):
+            pass
+
+        @pytest.mark.armdrive(dialekt="grbl")
+        def test_misspelt(arm_world):
+            pass
+
         def test_unmarked(arm_world):
             pass
     """
-    ended = passes(source, "--armdrive-dialect=robko", passed=0, errors=3)
-    ended.stdout.re_match_lines([".*gerbil.*grbl", ".*none.toml", ".*robko.*robko01"])
+    ended = passes(source, "--armdrive-dialect=robko", passed=0, errors=6)
+    unclear = [".*choose the simulated arm by its dialect or by a file"] * 3
+    ended.stdout.re_match_lines([".*gerbil.*grbl", ".*none.toml", *unclear, ".*robko.*robko01"])
 
 
 def test_loading_it_imports_nothing_heavy():
