@@ -72,6 +72,7 @@ from firmware_protocol.mks.requests import Setting as Setting
 from firmware_protocol.mks.requests import SetZero as SetZero
 from firmware_protocol.mks.requests import SilenceWatchdog as SilenceWatchdog
 from firmware_protocol.mks.requests import Stop as Stop
+from firmware_protocol.mks.requests import answer_code as answer_code
 from firmware_protocol.mks.values import ANGLE_ERROR_PER_TURN as ANGLE_ERROR_PER_TURN
 from firmware_protocol.mks.values import BROADCAST as BROADCAST
 from firmware_protocol.mks.values import COUNTS_PER_TURN as COUNTS_PER_TURN

@@ -21,15 +21,6 @@ class FrameKind(Enum):
     UNKNOWN = "unknown"
 
 
-class FrameCheck(Enum):
-    """The result of checking a frame's check byte."""
-
-    RIGHT = "right"
-    WRONG = "wrong"
-    NONE = "none"
-    """The frame is not from a drive, too short, or of a protocol without check bytes."""
-
-
 @dataclass(frozen=True, slots=True)
 class FrameDescription:
     """One frame described in words.
@@ -42,7 +33,6 @@ class FrameDescription:
     kind: FrameKind
     command: str
     words: str
-    check: FrameCheck
     node: int
 
     @property
@@ -60,14 +50,12 @@ class FrameDescription:
             "kind": self.kind.value,
             "command": self.command,
             "words": self.words,
-            "check": self.check.value,
         }
 
     def line(self, time_s: float) -> str:
         """Return it as a line of text."""
         arrow = {FrameKind.REQUEST: ">", FrameKind.ANSWER: "<", FrameKind.UNKNOWN: "?"}[self.kind]
-        check = "  CHECK BYTE WRONG" if self.check is FrameCheck.WRONG and self.command else ""
-        return f"{time_s:9.3f}  {self.frame!s:<21} {arrow} {self.words}{check}"
+        return f"{time_s:9.3f}  {self.frame!s:<21} {arrow} {self.words}"
 
 
 class FrameDescriber(Protocol):

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.dialects.bus.words import (
-    FrameCheck,
     FrameDescription,
     FrameKind,
     PackedFrames,
@@ -241,9 +240,9 @@ class CanopenFrameDescriber:
             read = read_frame(frame)
         except RemoteProtocolError as error:
             words = _unreadable(frame, service, error)
-            return FrameDescription(frame, FrameKind.UNKNOWN, command, words, FrameCheck.NONE, node)
+            return FrameDescription(frame, FrameKind.UNKNOWN, command, words, node)
         kind = FrameKind.REQUEST if read.service in OF_MASTER else FrameKind.ANSWER
-        return FrameDescription(frame, kind, command, self._words(read), FrameCheck.NONE, read.node)
+        return FrameDescription(frame, kind, command, self._words(read), read.node)
 
     def _words(self, read: ReadFrame) -> str:
         message = read.message

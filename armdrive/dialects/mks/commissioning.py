@@ -17,14 +17,12 @@ from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.survey import (
     KnownDrive,
     answers,
-    is_answer,
-    is_request,
     is_shared,
     known,
     scripts,
     survey_drives,
 )
-from armdrive.dialects.mks.words import TALK, MksFrameDescriber
+from armdrive.dialects.mks.words import TALK, MksFrameDescriber, read_answer, read_request
 from armdrive.dialog import About, Question, whole
 from armdrive.errors.printable import command_line
 from firmware_protocol.mks import (
@@ -498,8 +496,8 @@ BUS = BusTools(
     most=NODE_MAX,
     scripts=scripts,
     ask=survey_drives,
-    reads_command=is_request,
-    reads_answer=is_answer,
+    reads_command=lambda frame, _master: read_request(frame) is not None,
+    reads_answer=lambda frame: read_answer(frame) is not None,
     connects=True,
     next=("can", "setup", "NAME"),
     hint="does more: it writes the arm file, and sets the drives up one by one",

@@ -293,7 +293,7 @@ class MksDrive:
     @property
     def is_near(self) -> bool:
         """Whether its last count is at its target."""
-        return self.is_located and abs(self.count - self.target) <= self.rest
+        return abs(self.count - self.target) <= self.rest
 
     @property
     def restarted(self) -> bool:
@@ -302,8 +302,7 @@ class MksDrive:
         Some encoders know their angle within a turn and begin to count there.
         """
         low, high = sorted((self.fit, self.target))
-        give = self.rest if low == high else JUST_BEGUN
-        on_its_way = low - give <= self.count <= high + give
+        on_its_way = low - JUST_BEGUN <= self.count <= high + JUST_BEGUN
         return not on_its_way and -JUST_BEGUN <= self.count <= COUNTS_PER_TURN + JUST_BEGUN
 
     @property

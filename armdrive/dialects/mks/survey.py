@@ -15,12 +15,10 @@ from armdrive.dialects.exchange import TRIES, ScriptLoop
 from armdrive.dialects.mks.contact import Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
-from armdrive.dialects.mks.words import read_answer, read_request
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors.printable import command_line
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.fields import in_words
-from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     BOARDS,
     CURRENT_MAX_MA,
@@ -218,16 +216,6 @@ def survey_drives(io: MksExchange, ids: Sequence[int], _heard: SeenNodes) -> Mks
         tuple(map(view, found.nodes)),
         lambda health, arm: of_answers(found, health, arm),
     )
-
-
-def is_answer(frame: Frame) -> bool:
-    """Return whether a frame can be read as a drive's answer."""
-    return read_answer(frame) is not None
-
-
-def is_request(frame: Frame, _master: int | None = None) -> bool:
-    """Return whether a frame can be read as a request to a drive."""
-    return read_request(frame) is not None
 
 
 # The result of a survey, as findings and as plain data.

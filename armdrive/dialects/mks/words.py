@@ -5,7 +5,6 @@ from __future__ import annotations
 from types import MappingProxyType
 
 from armdrive.dialects.bus.words import (
-    FrameCheck,
     FrameDescription,
     FrameKind,
     PackedFrames,
@@ -19,7 +18,6 @@ from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import (
     BROADCAST,
     MOTION_CODES,
-    NODE_MAX,
     SETTING_CODES,
     Answer,
     ArmSynchronous,
@@ -36,8 +34,8 @@ from firmware_protocol.mks import (
     SetZero,
     StateRead,
     Status,
+    answer_code,
     as_setting,
-    check_byte,
     decode_answer,
     decode_request,
 )
@@ -97,56 +95,40 @@ def read_answer(frame: Frame, *, setting: bool = False) -> Answer | None:
         return None
 
 
-# The shortest frame: a code and a check byte.
-LEAST_BYTES = 2
-
-
 class MksFrameDescriber:
     """Describes frames one after the other, and remembers the questions among them."""
 
     def __init__(self) -> None:
-        self._asked: dict[tuple[int, int], Request] = {}
+        self._asked: dict[tuple[int, bytes], Request] = {}
 
     def describe(self, frame: Frame) -> FrameDescription:
         """Describe a frame. Never raises."""
-        check = _check(frame)
-        if check is not FrameCheck.RIGHT:
-            return _described(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
-        request, answer = self._read(frame)
-        if answer is not None and (request is None or self._pending(frame) is not None):
-            self._asked.pop((frame.can_id, frame.data[0]), None)
-            return _described(frame, FrameKind.ANSWER, wording(answer, SENTENCES), check)
+        asked = self._asked.get((frame.can_id, frame.data[:1]))
+        request: Request | None = None
+        answer, why = None, ""
+        try:
+            request = decode_request(frame)
+        except ProtocolError as error:
+            why = str(error)
+        if frame.can_id != BROADCAST:
+            answer = read_answer(frame, setting=isinstance(asked, ReadSetting))
+        if answer is not None and (request is None or asked is not None):
+            self._asked.pop((frame.can_id, frame.data[:1]), None)
+            return _described(frame, FrameKind.ANSWER, wording(answer, SENTENCES))
         if request is None:
-            return _described(frame, FrameKind.UNKNOWN, _why_not(frame, check), check)
-        self._note(frame, request)
+            code = _code(frame)
+            words = "not of an MKS drive" if code is None else f"perhaps {plain(code)}: {why}"
+            return _described(frame, FrameKind.UNKNOWN, words)
+        self._asked[frame.can_id, bytes((answer_code(request),))] = request
         who = "all" if frame.can_id == BROADCAST else f"drive {frame.can_id}"
         words = addressed(who, wording(request, SENTENCES))
-        return _described(frame, FrameKind.REQUEST, words, check)
-
-    def _read(self, frame: Frame) -> tuple[Request | None, Answer | None]:
-        answer = read_answer(frame, setting=isinstance(self._pending(frame), ReadSetting))
-        return read_request(frame), answer if frame.can_id != BROADCAST else None
-
-    def _pending(self, frame: Frame) -> Request | None:
-        return self._asked.get((frame.can_id, frame.data[0]))
-
-    def _note(self, frame: Frame, request: Request) -> None:
-        code = request.setting if isinstance(request, ReadSetting) else request.code
-        if frame.can_id != BROADCAST:
-            self._asked[frame.can_id, code] = request
+        return _described(frame, FrameKind.REQUEST, words)
 
 
-def _described(frame: Frame, kind: FrameKind, words: str, check: FrameCheck) -> FrameDescription:
+def _described(frame: Frame, kind: FrameKind, words: str) -> FrameDescription:
     code = _code(frame)
     command = "" if code is None else code.name.lower()
-    return FrameDescription(frame, kind, command, words, check, frame.can_id)
-
-
-def _check(frame: Frame) -> FrameCheck:
-    if frame.extended or frame.remote or frame.can_id > NODE_MAX or len(frame.data) < LEAST_BYTES:
-        return FrameCheck.NONE
-    right = frame.data[-1] == check_byte(frame.can_id, frame.data[:-1])
-    return FrameCheck.RIGHT if right else FrameCheck.WRONG
+    return FrameDescription(frame, kind, command, words, frame.can_id)
 
 
 def _code(frame: Frame) -> Code | None:
@@ -154,19 +136,6 @@ def _code(frame: Frame) -> Code | None:
         return Code(frame.data[0]) if frame.data else None
     except ValueError:
         return None
-
-
-def _why_not(frame: Frame, check: FrameCheck) -> str:
-    code = _code(frame)
-    if check is FrameCheck.NONE:
-        kind = "remote" if frame.remote else "extended" if frame.extended else "short"
-        return f"not of an MKS drive ({kind})"
-    if check is FrameCheck.RIGHT:
-        return "an unknown code" if code is None else f"{plain(code)} with an invalid payload"
-    if code is None:
-        return "not of an MKS drive"
-    wanted = check_byte(frame.can_id, frame.data[:-1])
-    return f"perhaps {plain(code)}, but its last byte would be {wanted:02X}"
 
 
 # Frames as messages of a recording, and how each is compared.

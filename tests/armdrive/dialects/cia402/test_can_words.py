@@ -5,7 +5,7 @@ from amounts import every_row
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.dialects.bus.words import FrameCheck, FrameKind, PackedFrames
+from armdrive.dialects.bus.words import FrameKind, PackedFrames
 from armdrive.dialects.cia402 import words as messages_canopen
 from armdrive.dialects.cia402.objects import held_words
 from armdrive.dialects.cia402.words import CanopenFrameDescriber
@@ -115,7 +115,6 @@ def test_a_frame_is_described_in_words(frame, kind, words):
     said = CanopenFrameDescriber().describe(frame)
     assert said.kind is kind
     assert said.words == words or ("node" not in words and words in said.words)
-    assert said.check is FrameCheck.NONE
     assert str(frame) in said.line(1.5)
 
 
@@ -151,7 +150,6 @@ def test_plain_data_has_the_node_of_a_frame():
         "kind": "answer",
         "command": "tpdo1",
         "words": "node 6: 0240 disabled",
-        "check": "none",
     }
 
 
