@@ -29,7 +29,7 @@ Which file decides what:
     journal           the record of an interrupted run, and whether it may be resumed
     session, shell    lines typed at a prompt, and the table of the prompt's own words
     scripts           Python scripts on the chosen arm
-    teaching/         places of the arm written as lines of a program
+    teaching          places of the arm written as lines of a program
     problems          mistakes in a program, shown below their line
     demonstration     blocks that are stacked: the program behind `armdrive demo`
 """

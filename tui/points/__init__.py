@@ -17,7 +17,7 @@ from armdrive.errors import BadRequest
 from armdrive.errors.printable import printable
 from armdrive.motion.plan import audit_opening
 from armdrive.moves import JointMove, LineMove, Motion
-from armdrive.programs.teaching.recording import GRIPS, TaughtLines
+from armdrive.programs.teaching import GRIPS, TaughtLines
 from armdrive.status import Status
 from armdrive.storage.points import Point, check_name
 from armdrive.text.numbers import number

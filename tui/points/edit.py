@@ -7,7 +7,7 @@ from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest, PointsChanged
 from armdrive.programs.language import ENDING
-from armdrive.programs.teaching.recording import TaughtLines
+from armdrive.programs.teaching import TaughtLines
 from armdrive.storage.files import DISK, NotWanted, replace_durably, stamp_of
 from armdrive.storage.points import Point
 from armdrive.text.reading import is_there, read_text

@@ -85,11 +85,6 @@ PENDANT_ACTIONS: Mapping[str, Action] = MappingProxyType({
                    "program.pendant:read", naming("file", more=_into_file)),
     "write": Action("copy a file to the arm, and check it by reading it back",
                     "program.pendant:write", naming("file", more=_into_arm)),
-    "program": Action("make a program and its points from a file",
-                      "program.pendant:make_program",
-                      naming("file", "program", more=add_force_option)),
-    "make": Action("make a file from a program of joint motions",
-                   "program.pendant:make_rows", naming("program", "file", more=_into_file)),
 })  # fmt: skip
 
 
@@ -99,12 +94,10 @@ def _pendant(parser: argparse.ArgumentParser) -> None:
     Nothing moves. The file is text, which you can read, compare and edit.
 
     Examples:
-      armdrive pendant make stack.arm stack.pendant      make a file from a program
-      armdrive pendant write stack.pendant               copy the file to the arm
       armdrive pendant show                              print the program in the arm
       armdrive pendant read monday.pendant               copy the program to a file
-      armdrive pendant write monday.pendant --shift      and back, after the arm was homed again
-      armdrive pendant program monday.pendant tower.arm  as a program and its points
+      armdrive pendant write monday.pendant              copy the file to the arm
+      armdrive pendant write monday.pendant --shift      after the arm was homed again
 
     Every action prints JSON with --json.
 

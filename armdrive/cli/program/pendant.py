@@ -7,16 +7,12 @@ from datetime import datetime
 from pathlib import Path
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import chosen_points, chosen_target
+from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
-from armdrive.cli.program.teach import point_prefix, require_free_points
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
-from armdrive.errors.printable import command_line
 from armdrive.motion.device import named_rows
-from armdrive.programs.program import program_path, read_program_file
-from armdrive.programs.teaching.rows import program_of, rows_of
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import BELIEVED
@@ -115,35 +111,3 @@ def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
 def text_of(config: ArmConfig, program: PendantProgram) -> str:
     """Return a program as a file has it, with what each row means on this arm."""
     return program.text(config, f"{datetime.now():%Y-%m-%d %H:%M}")
-
-
-# From a pendant's rows to a program, and back.
-
-
-def make_program(options: argparse.Namespace) -> Result:
-    """Make a program and its points of a file's rows; the arm need not be there."""
-    path = program_path(options.program, "armdrive pendant program monday.pendant tower.arm")
-    require_free(path, overwrite=options.force)
-    config, book = chosen_points(options)
-    rows, prefix = from_file(Path(options.file), config), point_prefix(path.stem)
-    require_free_points(book, prefix, overwrite=options.force)
-    points, text = program_of(config, rows, prefix)
-    book.put_all(points, again=True)
-    write_named(path, text.encode("utf-8"))
-    return Result(
-        {"file": str(path), "points": list(points)},
-        f"{counted(len(points), 'point')}, in {book.path}; "
-        f"`{command_line('run', path, '--check')}` rehearses {path}",
-    )
-
-
-def make_rows(options: argparse.Namespace) -> Result:
-    """Make a file of rows of a program, as the arm's registers count now."""
-    require_free(Path(options.file), overwrite=options.force)
-    source = read_program_file(Path(options.program))
-    with ready_arm(options) as arm:
-        program = rows_of(arm, source, arm.controller.read_program().origin)
-        into_file(Path(options.file), arm.config, program)
-    view = {"file": options.file, "rows": len(program.rows)}
-    rows = counted(len(program.rows), "row")
-    return Result(view, f"{options.program} is {rows} in {options.file} now")

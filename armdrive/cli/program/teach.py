@@ -12,7 +12,7 @@ from armdrive.cli.presenter import Result, show, tell
 from armdrive.errors import BadRequest, Refused
 from armdrive.errors.printable import command_line
 from armdrive.programs.program import program_path
-from armdrive.programs.teaching.recording import Choices, ProgramRecorder, seen_in
+from armdrive.programs.teaching import Choices, ProgramRecorder, seen_in
 from armdrive.storage.files import require_free, write_named
 from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of

@@ -35,7 +35,6 @@ HEADING = """\
 # `raw`: row, and seven words as the arm sends them; what such a row does is unknown.
 # `origin`: add these to the registers to get motor steps of the model.
 """
-SLOWEST = 0.01  # the lowest speed that a row is taken to have, as a share of the fastest
 _NUMBER = re.compile(r"-?[0-9]{1,9}")
 _ROWS = several(
     made_of(ProgramRow, "a row of a program", "arm.controller.read_program().rows[0]"),
@@ -51,13 +50,10 @@ def is_move(row: ProgramRow) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class RowPlace:
-    """A row's target (joint angles, gripper opening), the busiest motor's rate, and the speed."""
+    """A row's target: joint angles and gripper opening."""
 
-    number: int
     joints: Joints
     opening_mm: float
-    rate_hz: float
-    speed: float
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -102,15 +98,6 @@ class PendantProgram:
             else:
                 rows.append(_row(words, number))
         return cls(tuple(rows), origin)
-
-    @staticmethod
-    def row(config: ArmConfig, number: int, speed: float, positions: tuple[int, ...]) -> ProgramRow:
-        """Return the row for a motion to these registers, at a share of the fastest speed.
-
-        Raises `BadField` if a row cannot hold a value.
-        """
-        table = SpeedTable(config.device.speed_table)
-        return ProgramRow.move(number, table.setting(table.fastest_hz * speed), positions)
 
     def __repr__(self) -> str:  # short, for recordings of calls, which contain the rows as bytes
         return f"<PendantProgram of {counted(len(self.rows), 'row')}, origin {self.origin}>"
@@ -198,29 +185,6 @@ class PendantProgram:
             )
         return {"origin": self.origin, "rows": rows}
 
-    def places(self, config: ArmConfig) -> tuple[RowPlace, ...]:
-        """Return the targets of the rows on an arm, one after another.
-
-        Raises `Refused` if the meaning of the rows is unknown, or if there are none.
-        """
-        if self.origin is None:
-            raise Refused(
-                "the program's origin is unknown, so its registers mean no posture: home the arm, "
-                "and read the program again"
-            )
-        if not self.rows:
-            raise Refused("the program has no rows")
-        self.require_once()
-        found = []
-        for row in self.rows:
-            place = self.place_of(config, row)
-            if place is None:
-                raise Refused(
-                    f"row {row.number} is of an unknown kind: take it out, or make it a move"
-                )
-            found.append(place)
-        return tuple(found)
-
     def place_of(self, config: ArmConfig, row: ProgramRow) -> RowPlace | None:
         """Return a row's target; None if it is not a move or the origin is unknown."""
         transmission = config.model.transmission
@@ -228,10 +192,7 @@ class PendantProgram:
             return None
         steps = (count + at for count, at in zip(row.positions, self.origin, strict=True))
         joints, opening_mm = transmission.to_joints(Motors(steps))
-        table = SpeedTable(config.device.speed_table)
-        rate_hz = table.rate_hz(row.speed)
-        speed = min(max(round(rate_hz / table.fastest_hz, 2), SLOWEST), 1.0)
-        return RowPlace(row.number, joints, opening_mm, rate_hz, speed)
+        return RowPlace(joints, opening_mm)
 
     def meaning(self, config: ArmConfig, row: ProgramRow) -> str:
         """Describe a row in words, as far as its meaning is known."""

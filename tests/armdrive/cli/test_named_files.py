@@ -32,8 +32,6 @@ def held():
         ("it.jsonl", ["run", PROGRAM, "--record"], "homed"),
         ("it.jsonl", ["record", "--output"], "held"),
         ("rows.pendant", ["pendant", "read"], ""),
-        ("tower.arm", ["pendant", "program", "{folder}/stack.pendant"], "stack"),
-        ("tower.pendant", ["pendant", "make", "{folder}/stack.arm"], "stack"),
     ],
 )
 def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
@@ -41,12 +39,8 @@ def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
 ):
     if needed == "held":
         request.getfixturevalue("held")
-    if needed in ("homed", "stack"):
+    if needed == "homed":
         call("home", code=0)
-    if needed == "stack":
-        call("points", "save", "pick", code=0)
-        (folder / "stack.arm").write_text("move pick\n", encoding="utf-8")
-        call("pendant", "make", f"{folder}/stack.arm", f"{folder}/stack.pendant", code=0)
     words = [word.format(folder=folder) for word in words]
     missing = folder / "misspelt"
     said = call.refused(*words, str(missing / file), code=2)

@@ -39,7 +39,7 @@ READERS = {
     "a script": ("run", "{}.py", "--check", *SIMULATED),
     "a recording": ("log", "{}.jsonl"),
     "a recording to replay": ("replay", "{}.jsonl"),
-    "a pendant's program": ("pendant", "points", "{}.pendant", "x", *SIMULATED),
+    "a pendant's program": ("pendant", "write", "{}.pendant", "--yes", *SIMULATED),
 }
 """The commands that take a file of each kind; the ending is put behind its name."""
 

@@ -12,7 +12,7 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.program import teach
 from armdrive.connect.target import find, simulated_config
 from armdrive.dialects.teachmover.pendant import FORMAT_LINE
-from armdrive.programs.teaching.recording import ProgramRecorder
+from armdrive.programs.teaching import ProgramRecorder
 from armdrive.storage import files as places
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point
@@ -177,7 +177,7 @@ def test_a_file_that_cannot_be_used_is_named_with_its_line(call, tmp_path):
     assert "line 2" in call.refused("pendant", "write", str(path), code=2)
 
 
-def test_rows_of_a_homed_arm_become_a_program_and_its_points(call, tmp_path):
+def test_rows_of_a_homed_arm_say_where_they_lead(call, tmp_path):
     call("home", code=0)
     path = tmp_path / "home.pendant"
     path.write_text(f"{FORMAT_LINE}\nmove 1 140 0 0 0 0 0 0\n", encoding="utf-8")
@@ -187,11 +187,3 @@ def test_rows_of_a_homed_arm_become_a_program_and_its_points(call, tmp_path):
     text = out.read_text(encoding="utf-8")
     assert "\norigin " in text
     assert "150 steps/s; base 0.0°" in text
-    program = tmp_path / "there.arm"
-    call("pendant", "program", str(out), str(program), code=0)
-    assert "exists already" in call.refused("pendant", "program", str(out), str(program), code=2)
-    program.unlink()
-    refused = call.refused("pendant", "program", str(out), str(program), code=2)
-    assert "there_1 already: name the program otherwise, or add --force" in refused
-    call("pendant", "program", str(out), str(program), "--force", code=0)
-    assert program.read_text(encoding="utf-8").startswith("speed 32%\nmove there_1\n")

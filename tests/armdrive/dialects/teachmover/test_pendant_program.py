@@ -25,7 +25,6 @@ from armdrive.errors import (
     Refused,
     Stopped,
 )
-from armdrive.programs.teaching.rows import program_of
 from armdrive.registry import DIALECTS
 from armdrive.status import State
 from firmware_protocol.teachmover import ProgramRow
@@ -257,8 +256,6 @@ def test_a_row_that_is_there_twice_can_be_kept_but_not_used():
     )
     assert PendantProgram.parse(written(program)) == program
     with pytest.raises(BadRequest, match="row 1 is there twice"):
-        program.places(CONFIG)
-    with pytest.raises(BadRequest, match="row 1 is there twice"):
         program.require_fitting(64)
 
 
@@ -269,20 +266,3 @@ def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
     assert PendantProgram((row,)).meaning(CONFIG, row) == "470 steps/s"
     odd = ProgramRow(1, 240, ZERO, kind=9)
     assert PendantProgram((odd,), ZERO).meaning(CONFIG, odd) == "not a known move"
-
-
-def test_rows_become_points_and_lines_of_a_program():
-    up, down = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0), Joints.of(0.0, 30.0, -85.0, -35.0, 0.0)
-    rows = (
-        row_to(1, up, 40.0),
-        row_to(2, down, 40.0, 140),
-        row_to(3, down, 10.0),
-        row_to(4, up, 10.0),
-    )
-    points, text = program_of(CONFIG, PendantProgram(rows, ZERO), "stack")
-    assert list(points) == ["stack_1", "stack_2", "stack_4"]
-    assert text.splitlines() == [
-        "move stack_1", "open_now 40", "speed 32%", "move stack_2", "speed 100%", "open_now 10",
-        "move stack_4",
-    ]  # fmt: skip
-    assert points["stack_1"].joints.deg["shoulder"] == pytest.approx(40.0, abs=0.1)

@@ -8,7 +8,7 @@ from armdrive.errors import NotReferenced
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.rehearsal import UnattendedPerson
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
-from armdrive.programs.teaching.recording import (
+from armdrive.programs.teaching import (
     Choices,
     ProgramRecorder,
     SeenPosture,
