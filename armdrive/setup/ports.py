@@ -99,6 +99,10 @@ def same_port(one: str, other: str) -> bool:
 
 # A port that is looked at, and not opened.
 
+SYSFS = Path("/sys/bus/usb-serial/devices")
+# How long an FTDI adapter may hold bytes back; new ones are set to 16.
+LATENCY_MS = 1
+
 
 @dataclass(frozen=True, slots=True)
 class ClosedPort:
@@ -195,6 +199,8 @@ def look_at(
         findings.append(_refused(port, errno.EACCES))
     elif not free:
         findings.append(_in_use(port, driven))
+    else:
+        findings += latency(port)
     return ClosedPort(port, tuple(findings), free, info, owners, driven)
 
 
@@ -223,6 +229,23 @@ def _in_use(port: str, arm: str) -> Finding:
         f"{port} is in use: an armdrive program drives {'an arm' if by_port else arm} on it",
         f"end that program; {asks}`armdrive stop` stops it",
     )
+
+
+def latency(port: str, sysfs: Path = SYSFS) -> list[Finding]:
+    """Report how long a USB adapter may hold bytes back, if the system says so (FTDI on Linux)."""
+    path = sysfs / Path(os.path.realpath(port)).name / "latency_timer"
+    try:
+        found_ms = int(path.read_text(encoding="ascii"))
+    except (OSError, ValueError):
+        return []
+    if found_ms <= LATENCY_MS:
+        return [ok(f"the adapter's latency timer is {found_ms} ms")]
+    return [
+        note(
+            f"the adapter holds answers back for up to {found_ms} ms (its latency timer)",
+            f"echo {LATENCY_MS} | sudo tee {path}",
+        )
+    ]
 
 
 def _refused(port: str, number: int) -> Finding:

@@ -33,7 +33,7 @@ from armdrive.setup.bus_survey import probe
 from armdrive.setup.dialog_runner import DialogClock
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.interview import Describing
-from armdrive.setup.ports import closed_ports, look_at
+from armdrive.setup.ports import closed_ports, latency, look_at
 from armdrive.setup.prober import Examination, ProbeReply
 from armdrive.setup.survey import of_settings
 from armdrive.storage.arm_lock import hold
@@ -203,6 +203,19 @@ def test_a_device_that_is_no_arm_is_one_problem_with_a_remedy(what):
     assert found.grade is Grade.PROBLEM
     assert found.fix
     assert said in f"{found.what}; {found.fix}"
+
+
+def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
+    timer = tmp_path / "ttyUSB0" / "latency_timer"
+    timer.parent.mkdir()
+    timer.write_text("16\n")
+    (found,) = latency("/dev/ttyUSB0", tmp_path)
+    assert (found.grade, found.fix) == (Grade.NOTE, f"echo 1 | sudo tee {timer}")
+    timer.write_text("1\n")
+    assert latency("/dev/ttyUSB0", tmp_path)[0].grade is Grade.OK
+    timer.write_text("?")
+    assert latency("/dev/ttyUSB0", tmp_path) == []
+    assert latency("/dev/ttyACM0", tmp_path) == []
 
 
 def test_the_page_shows_every_probe_as_it_is_said():
