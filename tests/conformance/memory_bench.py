@@ -152,8 +152,6 @@ VARIANTS = (
             {"board": "esp32", "acceleration": 700.0}, (*MOTION, *STOPS)),
     Variant("a slow Robko", "robko01", board=SLOW, differs=STOPS),
     Variant("a slow Armdroid", "armdroid", board=SLOW, differs=STOPS),
-    Variant("an Armdroid whose numbers are not checked", "armdroid", {"check_numbers": False},
-            SLOW, STOPS),
     Variant("a slow TeachMover", "teachmover", board=SLOW, differs=STOPS),
     Variant("MKS drives in bursts", "mks", {"segment_s": 0.0}, differs=("fault",)),
     Variant(PROFILE, "cia402", {"strategy": "profile"}, differs=("fault",)),

@@ -45,6 +45,7 @@ from armdrive.tasks import (
 from firmware_protocol.armdroid import (
     DriveAll,
     Host,
+    OffsetsReported,
     SpeedReported,
     Stray,
     Torque,
@@ -52,7 +53,7 @@ from firmware_protocol.armdroid import (
     Welcome,
 )
 from firmware_protocol.armdroid.endpoints import Event as HostEvent
-from firmware_protocol.armdroid.messages import encode_command
+from firmware_protocol.armdroid.messages import encode_answer, encode_command
 from firmware_protocol.fields import wrapped16
 from kinematics.spaces import Motors
 
@@ -70,8 +71,6 @@ class ArmdroidMotion:
     board: BoardExchange
     table: SpeedTable
     meter: SpeedMeter
-    settings: ArmdroidSettings
-    byte_s: float
 
     def move(
         self, drive: DriveAll, rpm: int, released: Callable[[], bool]
@@ -80,59 +79,55 @@ class ArmdroidMotion:
         start = self.board.offsets if self.board.clean else (yield from self.board.look())
         if start is None or not (yield from self.board.set_speed(rpm)):
             return RequestRejected("it does not answer as it should", moved=False)
-        rest = yield from self._load(drive, rpm, released)
-        if not isinstance(rest, bytes):
-            return rest
+        letter = yield from self._load(drive, rpm, released)
+        if not isinstance(letter, bytes):
+            return letter
         sent_s, expected = self.io.now_s, _sum(start, drive.steps)
-        self.board.let_loose(rest, encode_command(drive).decode("ascii"))
+        self.board.let_loose(letter, encode_command(drive).decode("ascii"))
         timeout_s = self.meter.timeout_s(Motors(drive.steps).largest, rpm)
-        came = yield from self.board.offsets_after(expected, len(rest), timeout_s)
+        came = yield from self.board.offsets_after(expected, timeout_s)
         if came is None:
             return self.io.silence(sent_s)
         if came != expected:
             return RequestRejected(
                 f"its offsets went from {start} to {came}, but {expected} was requested"
             )
-        return Done(self._measure(drive, rpm, self.io.now_s - sent_s, len(rest)))
+        took_s = self.io.now_s - sent_s
+        moved_s = took_s - self.board.taking_s(len(letter)) - self._answer_s(expected)
+        return Done(self._measure(drive, rpm, moved_s))
 
     def _load(
         self, drive: DriveAll, rpm: int, released: Callable[[], bool]
     ) -> Script[HostEvent, bytes | RequestRejected | Halted]:
-        """Load a motion's numbers into the board; return the characters that start it."""
+        """Load a motion's numbers into the board; return the letter that starts it."""
         understood = None
         for _ in range(TRIES):
             data = self.board.begin_drive(drive)
-            if self.settings.check_numbers and not self.io.stop_asked:
-                understood = yield from self.board.repeated(data[:-1])  # all but the letter
+            understood = yield from self.board.repeated(data[:-1])  # all but the letter
             if self.io.stop_asked or released():
                 self.board.give_up()
                 return Halted()
-            if not self.settings.check_numbers:
-                return data
             if understood == drive.steps and self.board.rpm == rpm:
                 return data[-1:]
             self.board.give_up()
-            settled = (yield from self.board.settle()) is not None
-            if not settled or not (yield from self.board.set_speed(rpm)):
+            settled = yield from self.board.settle()
+            if settled is None or not (yield from self.board.set_speed(rpm)):
                 break
         return RequestRejected(
             f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False
         )
 
-    def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
+    def _measure(self, drive: DriveAll, rpm: int, moved_s: float) -> bool:
         """Learn the arm's speed; return False if the duration is not plausible.
 
         The motors make their first step at once, so n steps take n - 1 intervals.
         """
-        if self.io.overdue:
-            return False
-        most_s = took_s - (sent + self.board.answer_bytes) * self.byte_s
-        least_s = most_s - sent * self.settings.character_s  # a fast board needs no time for them
-        steps, rate_hz = Motors(drive.steps).largest, self.table.rate_hz(rpm)
-        meter = self.meter.part(rpm)
-        believable = any(meter.believable(steps / rate_hz, each) for each in (least_s, most_s))
-        meter.learn((steps - 1) / rate_hz, least_s)
-        return believable
+        intervals_s = (Motors(drive.steps).largest - 1) / self.table.rate_hz(rpm)
+        return not self.io.overdue and self.meter.part(rpm).learn(intervals_s, moved_s)
+
+    def _answer_s(self, offsets: tuple[int, ...]) -> float:
+        """Return how long the answer to a motion is on the wire."""
+        return len(encode_answer(OffsetsReported(offsets))) * self.board.byte_s
 
 
 class ArmdroidController(ScriptRunner[HostEvent]):
@@ -146,13 +141,10 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         host = Host()
         super().__init__(abilities, host)
         self._settings = settings
-        self._byte_s = config.connection.byte_s
         self._table = SpeedTable(settings.speed_table, interpolated=False)
         self._meter = SpeedMeter(self._table, settings.speed_margin)
-        self._board = BoardExchange(self.io, host, settings, self._byte_s)
-        self._motion = ArmdroidMotion(
-            self.io, self._board, self._table, self._meter, settings, self._byte_s
-        )
+        self._board = BoardExchange(self.io, host, settings, config.connection.byte_s)
+        self._motion = ArmdroidMotion(self.io, self._board, self._table, self._meter)
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
         """Carry out a request; commands that are safe to repeat are retried."""
@@ -184,8 +176,8 @@ class ArmdroidController(ScriptRunner[HostEvent]):
                 return answer_without_device(request)
 
     def unsolicited(self, event: HostEvent) -> None:
-        """Report an unexpected line; `Welcome` means a restart unless it is the session's first."""
-        if isinstance(event, Welcome) and self._board.met:
+        """Report an unexpected line; `Welcome` means a restart once the board has answered."""
+        if isinstance(event, Welcome) and self._board.firmware:
             self._board.forget_session()
             self.io.notify(Alert(AlertKind.RESTARTED, NEW_SESSION))
         else:
@@ -221,12 +213,8 @@ class ArmdroidController(ScriptRunner[HostEvent]):
         return tuple(abs(each) * (1.0 - abs(each) / most) for each in steps)
 
     def stopping(self, burst_s: float, parts: Sequence[StopPart] = ()) -> Stopping:
-        """Assume a whole burst after its letter (or its text): nothing ends it early."""
-        text = 1
-        if not self._settings.check_numbers:  # the numbers are sent along with the letter
-            most = max(int(burst_s * self._table.fastest_hz), 1)
-            text = self.abilities.motors * len(f"{most}-,")
-        sent_s = self._board.taking_s(text) + HOST_DELAY_S
+        """Assume a whole burst after its letter: nothing ends it early."""
+        sent_s = self._board.taking_s(len(DriveAll.letter)) + HOST_DELAY_S
         return self.whole_burst(burst_s, parts, sent_s)
 
     # -- scripts ------------------------------------------------------------------------------

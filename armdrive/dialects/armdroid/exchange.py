@@ -32,7 +32,6 @@ from firmware_protocol.armdroid import (
     VersionReported,
 )
 from firmware_protocol.armdroid.endpoints import Event as HostEvent
-from firmware_protocol.armdroid.messages import encode_answer
 
 Offsets: TypeAlias = tuple[int, ...]
 
@@ -54,13 +53,10 @@ class BoardExchange:
 
     At speed 0 the next motion would never end, and the board would not react until a reset.
     """
-    met: bool = False
-    """Whether the board has answered in this session, so that a greeting means a restart."""
     firmware: str = ""
+    """As the board has reported it; empty until it has answered in this session."""
     offsets: Offsets | None = None
     """The motors' positions; None while they turn, or if the last answer was lost."""
-    answer_bytes: int = 0
-    """The length of the latest answer to a motion, whose time on the wire is no motion."""
     was_deaf: bool = True
     """Whether the first command of the session was lost, as it is while a board starts."""
     _kept: bool = True
@@ -95,7 +91,6 @@ class BoardExchange:
         if not isinstance(event, Completed):
             self.give_up()
             return None
-        self.met = True
         return event
 
     def settle(self) -> Script[HostEvent, Offsets | None]:
@@ -155,13 +150,13 @@ class BoardExchange:
             return None
         return *event.answer.arguments, event.answer.accumulator
 
-    def let_loose(self, rest: bytes, whole: str) -> None:
-        """Send the rest of a motion's `whole` text, which starts it."""
-        self.io.write(rest, whole)
+    def let_loose(self, letter: bytes, whole: str) -> None:
+        """Send the letter of a motion, which starts it; `whole` is the motion's text."""
+        self.io.write(letter, whole)
         self.offsets = None
 
     def offsets_after(
-        self, expected: Offsets, sent: int, longest_s: float
+        self, expected: Offsets, longest_s: float
     ) -> Script[HostEvent, Offsets | None]:
         """Wait for the end of a motion; return the latest offsets, as expected or not.
 
@@ -169,7 +164,7 @@ class BoardExchange:
         only if the expected ones do not arrive while the motion may last.
         """
         came: Offsets | None = None
-        until_s = self._deadline_s(sent, longest_s)
+        until_s = self._deadline_s(1, longest_s)
         while came != expected:
             event = yield from self.io.wait_for(until_s, _is_offsets)
             if event is None:
@@ -177,7 +172,6 @@ class BoardExchange:
                 return came
             came = _offsets(event)
         self.offsets = expected
-        self.answer_bytes = len(encode_answer(OffsetsReported(expected)))
         if self.host.outstanding is not None:
             self.give_up()
         return came

@@ -39,7 +39,6 @@ class ArmdroidSettings:
     boot_s: float = setting(
         2.5, "how long the board ignores its port after it is opened", low=0.0, high=10.0
     )
-    check_numbers: bool = setting(True, "have the board repeat a motion's numbers before it starts")
     switches_torque: bool = setting(True, "false for firmware before 2.0, which has no t")
     answer_margin_s: float = setting(0.5, "added to every deadline", low=0.1, high=10.0)
 

@@ -7,9 +7,11 @@ from amounts import amount
 from faults import arm_config, driven, honest
 
 from armdrive import Arm, DeviceFault, Refused
+from armdrive.abilities import Switching
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.armdroid.controller import ArmdroidController
+from armdrive.dialects.armdroid.controller import NEW_SESSION, ArmdroidController
+from armdrive.dialects.exchange import TRIES
 from armdrive.registry import dialect, simulate
 from armdrive.status import State, Trust
 from armdrive.storage.record import RecordFile
@@ -96,9 +98,6 @@ CONVERSATIONS = {
     "numbers are repeated before the letter, and the speed is set only once": (
         {}, [(MOVE, "125s"), *LOADED, (DRIVEN, "", 0.2), Done(), (MOVE, NUMBERS + "g")]
     ),
-    "without the check a motion is one text": (
-        {"check_numbers": False}, [(MOVE, "125s"), ("speed = 125", NUMBERS + "D")]
-    ),
     "numbers that were misunderstood are taken back and said again": (
         {}, [(MOVE, "125s"), ("speed = 125", NUMBERS + "g"), ("debug = 7 0 0 0 -312 0", "v"),
              *SETTLED, (ZERO, "125s"), *LOADED]
@@ -108,6 +107,10 @@ CONVERSATIONS = {
     ),
     "a speed that was misunderstood is set again": (
         {}, [(MOVE, "125s"), ("speed = 7125", "v")]
+    ),
+    "a doubled letter that set the speed to 0 is noticed before the motion begins": (
+        {}, [(MOVE, "125s"), ("speed = 125", NUMBERS + "g"), ("speed = 0", ""),
+             ProtocolWarning("stray: answer speed reported: rpm 0"), (ECHO, "v")]
     ),
     "an answer far too early is not timely": (
         {}, [(MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0), "125s"),
@@ -124,6 +127,9 @@ CONVERSATIONS = {
     ),
     "older firmware switches no current": (
         {"switches_torque": False}, [(SwitchOn(), ""), Done()]
+    ),
+    "a greeting means that speed and offsets are lost": (
+        {}, [("Welcome, Armdroid!", ""), Alert(AlertKind.RESTARTED, NEW_SESSION), (MOVE, ",,,,,d")]
     ),
     "it tells its version as its settings": (
         {}, [(ReadSettings(), ""), DeviceSettings(firmware="2.0")]
@@ -145,17 +151,18 @@ class TestConversation:
                 case event:
                     assert talked.event == event
 
-    def test_a_board_that_never_understands_is_refused_and_has_moved_nothing(self):
+    @pytest.mark.parametrize("silent", [False, True])
+    def test_a_board_that_never_understands_is_refused_and_has_moved_nothing(self, silent):
         talked = Talked().met()
-        talked.begin(MoveBy(STEPS, 100.0))
-        said = talked.answer("speed = 125")
-        while said:
-            said = talked.answer(
-                {"g": "debug = 0 0 0 0 0 1", "v": VERSION, "d": ZERO}.get(
-                    said[-1], f"speed = {said[:-1]}"
-                )
-            )
-            assert "D" not in said
+        talked.begin(MOVE)
+        said, heard = talked.answer("speed = 125"), ""
+        answers = {"g": "debug = 0 0 0 0 0 1", "v": VERSION, "d": ZERO}
+        while said and not (silent and said == "v"):
+            heard += said
+            said = talked.answer(answers.get(said[-1], f"speed = {said[:-1]}"))
+        heard += talked.silence()
+        assert "D" not in heard
+        assert heard.count("g") == (1 if silent else TRIES)
         reply = talked.event
         assert isinstance(reply, RequestRejected)
         assert not reply.moved
@@ -206,10 +213,11 @@ class TestConversation:
 
     def test_older_firmware_says_that_it_switches_no_current(self):
         talked = Talked(switches_torque=False).met()
+        assert talked.controller.abilities.current is Switching.NONE
         with pytest.raises(Refused, match="DropCurrent"):
             talked.begin(DropCurrent())
 
-    def test_a_welcome_at_first_is_none_and_later_a_restart(self):
+    def test_a_welcome_at_first_is_no_restart(self):
         talked = Talked()
         talked.begin(ReadPosition())
         talked.answer("Welcome, Armdroid!")
@@ -218,23 +226,20 @@ class TestConversation:
         talked.answer("speed = 25")
         talked.answer(ZERO)
         assert isinstance(talked.event, Registers)
-        talked.answer("Welcome, Armdroid!")
-        alert = talked.event
-        assert isinstance(alert, Alert)
-        assert alert.kind is AlertKind.RESTARTED
 
+    def test_an_answer_after_a_suspension_of_this_program_says_nothing_of_the_motors(self):
+        talked = Talked().met().loaded()
+        assumed_s = talked.controller.duration_s(100, 100.0)
+        talked.answer(DRIVEN, 60.0)
+        assert talked.event == Done(timely=False)
+        assert talked.controller.duration_s(100, 100.0) == assumed_s
 
-class TestNumbers:
     def test_speeds_are_those_of_whole_milliseconds(self):
         controller = Talked().controller
         assert controller.usable_rate_hz(math.inf) == 200.0
         assert controller.usable_rate_hz(99.0) == pytest.approx(1000 / 12)
         assert controller.usable_rate_hz(0.0) == 20.0
-
-    def test_the_check_makes_the_bound_shorter(self):
-        checked, plain = (Talked(check_numbers=on).controller for on in (True, False))
-        assert checked.stopping(0.15).silent_s < 0.20
-        assert plain.stopping(0.15).silent_s > 0.40
+        assert controller.stopping(0.15).silent_s < 0.20
 
 
 BYTES = [*(("host", byte) for byte in (*range(1, 40), 52, 63, 77, 90)),
