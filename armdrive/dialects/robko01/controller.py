@@ -48,9 +48,7 @@ from firmware_protocol.robko01 import (
     Inputs,
     InputsRead,
     Outputs,
-    Pong,
     Status,
-    Stray,
 )
 from firmware_protocol.robko01 import Event as HostEvent
 from firmware_protocol.robko01 import Request as Message
@@ -74,16 +72,11 @@ class RobkoController(ScriptRunner[HostEvent]):
         self._motion = RobkoMotion(self.io, self._exchange, self._power, self._pacing, self._meter)
 
     def script(self, request: Request) -> Script[HostEvent, Reply]:
-        """Carry out a request, unless the firmware's watchdog has expired."""
-        if self._power.starved and not isinstance(request, SwitchOn):
+        """Carry out a request, after an alert if the firmware's watchdog has expired."""
+        if self._power.starved:
             silent_s = self.io.now_s - self._power.fed_s
             words = f"the controller heard nothing for {silent_s:.1f} s, so its watchdog has"
             self._power.lost(AlertKind.SWITCHED_OFF, f"{words} switched the motors off")
-            if isinstance(request, MoveBy):
-                return RequestRejected("its watchdog has switched the motors off", moved=False)
-        return (yield from self._carry_out(request))
-
-    def _carry_out(self, request: Request) -> Script[HostEvent, Reply]:
         match request:
             case MoveBy(steps, rate_hz, released):
                 return (yield from self._motion.move(steps, rate_hz, released))
@@ -99,10 +92,10 @@ class RobkoController(ScriptRunner[HostEvent]):
                 return answer_without_device(request)
 
     def unsolicited(self, event: HostEvent) -> None:
-        """Report unexpected frames, except late answers to the pings that feed the watchdog."""
+        """Take the answer to a ping that feeds the watchdog, and report any other frame."""
         if isinstance(event, Answered):
             self._exchange.heed(event)
-        elif not (isinstance(event, Stray) and isinstance(event.answer, Pong)):
+        else:
             super().unsolicited(event)
 
     def give_up(self) -> None:

@@ -67,13 +67,13 @@ class MotorPower:
             return math.inf
         return max(self.fed_s, self._feeding_s) + self._watchdog_s / FEEDS_PER_TIMEOUT
 
-    def feeding(self, now_s: float) -> None:
+    def feeding(self) -> None:
         """Record that a message that feeds the watchdog is being sent now."""
-        self._feeding_s = now_s
+        self._feeding_s = self._io.now_s
 
     def fed(self) -> None:
         """Record that the board has answered, so that its watchdog counts from now."""
-        self.fed_s = max(self.fed_s, self._io.now_s)
+        self.fed_s = self._io.now_s
 
     def lost(self, kind: AlertKind, words: str) -> None:
         """Raise an alert that the motors are off, because of the watchdog or a restart."""
@@ -91,11 +91,10 @@ class RobkoExchange:
     settings: RobkoSettings
     byte_s: float
     seen: Motors | None = None
-    seen_s: float = -math.inf
     turning: bool = False
     """Whether any axis had a speed in the latest report."""
     stood: Motors | None = None
-    """The motors' positions at their latest standstill."""
+    """Where the motors stand; None once a motion is sent, until they have arrived."""
     _number: int = 0
     _met: bool = False
     _out_of_step: bool = True
@@ -109,7 +108,7 @@ class RobkoExchange:
     def feed(self) -> bytes:
         """Return the bytes of a ping that feeds the watchdog between two requests."""
         self.host.forget()
-        self.power.feeding(self.io.now_s)
+        self.power.feeding()
         return self.host.send(self._token())
 
     def ask(
@@ -177,7 +176,6 @@ class RobkoExchange:
             self.power.fed()
         if isinstance(event.answer, Positions):
             self.seen = Motors(event.answer.axes.positions_steps)
-            self.seen_s = self.io.now_s
             self.turning = any(event.answer.axes.speeds_steps_s)
 
     def reading(

@@ -24,7 +24,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
+from armdrive.dialects.controller import MOTORS_OFF
 from armdrive.dialects.exchange import Script, ScriptIO
 from armdrive.dialects.robko01.exchange import MotorPower, RobkoExchange
 from armdrive.dialects.robko01.settings import Pacing
@@ -56,7 +56,7 @@ from firmware_protocol.robko01 import Event as HostEvent
 from kinematics.spaces import Motors
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class RobkoPath:
     """A motion under way: its start, its steps, and its expected duration."""
 
@@ -67,12 +67,7 @@ class RobkoPath:
 
     def left(self, seen: Motors) -> Motors:
         """Return the remaining steps."""
-        return Motors(
-            map(
-                wrapped16,
-                (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)),
-            )
-        )
+        return Motors(map(wrapped16, self.start + self.steps - seen))
 
     def holds(self, seen: Motors) -> bool:
         """Return whether every motor is between its start and its target."""
@@ -82,7 +77,7 @@ class RobkoPath:
 
 POLL_S, SLOW_POLL_S = 0.01, 0.1  # polling intervals close to the expected arrival, and before it
 MAY_ARRIVE = 0.7  # fraction of the expected duration after which the motors may have arrived
-STILL_LOOKS, STILL_S = 3, 0.03  # standstill: this many equal readings over at least this time
+STILL_LOOKS = 4  # standstill: this many equal readings, each `POLL_S` after the one before it
 PROMPT_S = 0.1  # a reading later than this does not show when the motors arrived
 # How long to wait for a busy board. The slowest axis makes a step in this time: an axis that the
 # board reports as moving for this long without a step hangs.
@@ -90,7 +85,7 @@ BUSY_S = 2.0
 # How long to wait before checking whether a request to the present position moves anything: in
 # this time an AVR board serves each axis twice.
 CHECK_S = 0.02
-SAME_LOOKS = 5  # attempts to read the same position twice in a row before a motion
+SAME_LOOKS = 6  # attempts to read the same position twice in a row before a motion
 RESTING_STEPS_S = 5000  # speed for axes that do not move: the AVR firmware's initial top speed
 STANDSTILL = Axes((0,) * AXES)
 SENDS = 2
@@ -130,11 +125,12 @@ class RobkoMotion:
         message = MoveAbsolute(
             Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
         )
-        way = RobkoPath(start, steps, self.pacing.lasts_s(steps.largest, rate_hz), self.io.now_s)
+        lasts_s = self.pacing.lasts_s(steps.largest, rate_hz)
+        self.exchange.stood = None
         for _ in range(SENDS):
             if self.io.stop_asked or released():
                 return Halted()
-            way.began_s = self.io.now_s
+            way = RobkoPath(start, steps, lasts_s, self.io.now_s)
             # one try: whether it may be repeated depends on whether the motors have moved
             answer = yield from self.exchange.ask_once(message, text)
             if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
@@ -143,8 +139,7 @@ class RobkoMotion:
                 return (yield from self._halt(way))
             if answer is not None:
                 return (yield from self._paced(way, rate_hz))
-            seen, moving = (yield from self.exchange.look()), (yield from self.exchange.mask())
-            if moving or seen != start:
+            if (yield from self.exchange.look()) != start:  # their first step comes at once
                 return (yield from self._paced(way, rate_hz))
         return self.io.silence(began_s)
 
@@ -174,9 +169,9 @@ class RobkoMotion:
             answer = yield from self.exchange.ask(rest, until_stop=True)
             if isinstance(answer, Busy):
                 first = start if first is None else first
-                if self.io.now_s >= until_s and (freed or start != first):
-                    return RequestRejected("it is still moving", moved=False)
                 if self.io.now_s >= until_s:
+                    if freed or start != first:
+                        return RequestRejected("it is still moving", moved=False)
                     yield from self._free(answer.moving)
                     freed = True
                 yield from self.io.pause(self.io.now_s + POLL_S)
@@ -191,15 +186,11 @@ class RobkoMotion:
         A reading may be a late answer, so it must agree with a second reading or with the end of
         the previous motion.
         """
-        last = self.exchange.stood
-        seen = self.exchange.seen
-        if seen is None or self.io.now_s > self.exchange.seen_s + FRESH_POSITION_S:
-            seen = yield from self.exchange.look()
         for _ in range(SAME_LOOKS):
-            if seen == last:
+            seen = yield from self.exchange.look()
+            if seen == self.exchange.stood:
                 break
-            last, seen = seen, (yield from self.exchange.look())
-        self.exchange.stood = seen
+            self.exchange.stood = seen
         return seen
 
     def _free(self, moving: int) -> Script[HostEvent, None]:
@@ -250,15 +241,14 @@ class RobkoMotion:
             seen = yield from self.exchange.look()
             if not way.left(seen).largest:
                 self.exchange.stood = seen
-                return Done(self._measure(way, going_s, due_s))
+                self._measure(way, going_s, due_s)
+                return Done()
             if asked_s >= given_up_s:  # needs a reading requested after the timeout
                 break
             if not way.holds(seen):  # counts once it is read twice: an answer may be a late one
                 off_path += 1
                 if off_path > 1:
                     return (yield from self._end_off_path(way, seen))
-                due_s = self.io.now_s + POLL_S
-                yield from self.io.pause(due_s)
                 continue
             off_path, going_s = 0, asked_s
             self.io.notify(Progress(Registers(seen)))
@@ -278,8 +268,8 @@ class RobkoMotion:
             f"the motion had not ended after {self.io.now_s - way.began_s:.1f} s"
         )
 
-    def _measure(self, way: RobkoPath, going_s: float, due_s: float) -> bool:
-        """Learn the arm's speed; return whether the motion's duration is plausible.
+    def _measure(self, way: RobkoPath, going_s: float, due_s: float) -> None:
+        """Learn the arm's speed.
 
         The reading that found the motors at their target was due at `due_s`. If the reading was
         repeated or this program was late, its time is not the time of arrival; the motors are then
@@ -287,7 +277,7 @@ class RobkoMotion:
         """
         prompt = self.io.now_s <= due_s + PROMPT_S
         until_s = self.io.now_s if prompt else going_s
-        return self.meter.learn(way.expected_s, until_s - way.began_s) and prompt
+        self.meter.learn(way.expected_s, until_s - way.began_s)
 
     def _next_look_s(self, way: RobkoPath, asked_s: float) -> float:
         may_arrive_s = way.began_s + MAY_ARRIVE * way.expected_s
@@ -297,24 +287,21 @@ class RobkoMotion:
         """Ramp the motors down and wait for standstill."""
         began_s = self.io.now_s
         yield from self.exchange.ask(Stop(), "STOP")
-        looks, since_s, overdue = 0, self.io.now_s, 0
+        looks = overdue = 0
         last: Motors | None = None
         given_up_s = began_s + PATIENCE * self.meter.doubt * way.expected_s + PATIENCE_S
-        while looks < STILL_LOOKS or self.io.now_s < since_s + STILL_S:
+        while looks < STILL_LOOKS:
             asked_s = self.io.now_s
             seen, mask = (yield from self.exchange.look()), (yield from self.exchange.mask())
-            self.io.notify(Progress(Registers(seen)))
             # the mask has gaps when an axis runs by speed
             if mask or self.exchange.turning or seen != last:
-                looks, since_s, last = 0, self.io.now_s, seen
+                looks, last = 0, seen
                 overdue += asked_s > given_up_s  # a single late reading may be this program's fault
                 if overdue > 1:
                     return RequestRejected("the motors were told to stop, and do not come to rest")
             looks += 1
             yield from self.io.pause(asked_s + POLL_S)
-        self.exchange.stood = last
-        arrived = last is not None and not way.left(last).largest
-        return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
+        return Halted(beyond=OVERSHOOT_STEPS)
 
     def _end_off_path(self, way: RobkoPath, seen: Motors) -> Script[HostEvent, Reply]:
         """End a motion that has left its path, and report the likely cause."""

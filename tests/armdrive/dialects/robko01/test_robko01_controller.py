@@ -29,7 +29,6 @@ from armdrive.sim.mechanics.accelstepper import UncoordinatedRack
 from armdrive.sim.robko01 import AVR, RobkoQuirks, SimRobkoBoard
 from armdrive.status import State, Trust
 from armdrive.tasks import (
-    Alert,
     AlertKind,
     Done,
     MoveBy,
@@ -49,11 +48,6 @@ class Script(SerialBench):
     def __init__(self, **options):
         controller = RobkoController(dialect("robko01").abilities, robko_config())
         super().__init__(controller, SimDevice(SimRobkoBoard(**options)))
-
-    @property
-    def events(self):
-        """What was told on the way to the replies."""
-        return [event for event in self.heard if isinstance(event, Progress | Alert)]
 
     @property
     def oddities(self):
@@ -83,7 +77,7 @@ class TestRequests:
         script = enabled()
         assert script.ask(MOVE) == Done()
         assert script.device.registers == MOVE.steps
-        seen = [event.registers.positions for event in script.events]
+        seen = [each.registers.positions for each in script.heard if isinstance(each, Progress)]
         assert len(seen) > 5
         assert seen == sorted(seen, key=lambda at: at[0])
 
@@ -125,6 +119,11 @@ class TestRequests:
         ramps_s = wanted_hz / 700.0
         assert took_s == pytest.approx((100 / wanted_hz + ramps_s) * (1.0 + error), abs=0.12)
 
+    def test_a_single_step_takes_as_long_as_its_rate_says(self):
+        script = enabled()
+        assert script.ask(MoveBy(Motors((1, 0, 0, 0, 0, 0)), 2.0)) == Done()
+        assert script.now_s > 0.5
+
     def test_an_axis_that_another_program_left_hanging_is_freed_and_the_move_made(self):
         script = enabled()
         rack = script.device.board.drive.rack
@@ -137,19 +136,46 @@ class TestRequests:
             "freed axes that a speed of 0 had left hanging: shoulder"
         ]
 
-    def test_a_board_that_another_program_keeps_moving_is_not_freed(self):
+    def test_an_axis_that_cannot_be_freed_keeps_no_motion_waiting(self, monkeypatch):
         script = enabled()
-        script.device.board.drive.rack.move_at(1, 500, 20.0, script.now_s)
+        rack = script.device.board.drive.rack
+        rack.move_at(1, 0, 0.0, script.now_s)
+        rack.move_to(1, 50, 100.0, script.now_s)
+        monkeypatch.setattr(rack, "run", lambda *_: None)
+        script.now_s += 1.0
+        assert script.ask(MOVE) == RequestRejected("it is still moving", moved=False)
+
+    def test_a_board_that_another_program_moves_is_waited_for_and_never_freed(self):
+        script = enabled()
+        rack = script.device.board.drive.rack
+        rack.move_at(1, 20, 20.0, script.now_s)
+        assert script.ask(MOVE) == Done()
+        rack.move_at(1, 500, 20.0, script.now_s)
         reply = script.ask(MOVE)
         assert reply == RequestRejected("it is still moving", moved=False)
-        assert script.device.board.drive.rack.mask(script.now_s) == 2
+        assert rack.mask(script.now_s) == 2
+        assert script.oddities == []
+
+    def test_motors_that_go_off_between_the_two_requests_of_a_motion_are_reported(self):
+        script = enabled()
+        assert script.ask(MOVE) == Done()
+        script.link = FrameLink(script.link)
+
+        def reset(written):
+            if op_of(written) is Op.MOVE_ABSOLUTE and script.link.count(Op.MOVE_ABSOLUTE) == 2:
+                script.device.board.reset()
+
+        script.link.on_write = reset
+        reply = script.ask(MOVE)
+        assert reply == RequestRejected("its motors are disabled: call `enable()`", moved=False)
+        assert [each.kind for each in script.alerts()] == [AlertKind.SWITCHED_OFF]
 
     def test_motors_that_do_not_come_to_rest_are_told(self):
         script = enabled()
 
         def run():
             for axis in range(2):
-                script.device.board.drive.rack.run(axis, 20.0, script.device.now_s)
+                script.device.board.drive.rack.run(axis, 4.0, script.device.now_s)
 
         script.device.at(script.now_s + 0.15, run)
         assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.2))
@@ -180,8 +206,18 @@ class TestRequests:
         assert isinstance(reply, RequestRejected)
         assert reply.moved
         assert words in str(reply)
-        assert [event.kind for event in script.events if isinstance(event, Alert)] == alerts
+        assert [each.kind for each in script.alerts()] == alerts
         assert not board.drive.rack.mask(script.now_s)
+
+    def test_a_suspension_of_this_program_does_not_make_the_arm_seem_slow(self):
+        script = enabled()
+        script.ask(MOVE)
+        assumed_s = script.controller.duration_s(100, 125.0)
+        script.begin(MOVE)
+        script.run(0.1)
+        script.now_s += 5.0
+        assert script.finish() == Done()
+        assert script.controller.duration_s(100, 125.0) <= assumed_s
 
     def test_a_motion_that_lasts_much_longer_than_planned_is_stopped(self):
         script = enabled(quirks=RobkoQuirks(AVR, 700.0, speed_error=8.0))
@@ -193,7 +229,7 @@ class TestRequests:
         script = Script()
         reply = script.ask(MOVE)
         assert reply == RequestRejected("its motors are disabled: call `enable()`", moved=False)
-        assert script.events == []
+        assert script.alerts() == []
 
     @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS])
     def test_positions_are_no_older_than_a_silence_in_the_same_look(self, op):
@@ -209,8 +245,7 @@ class TestRequests:
 
         script.link.on_write = fail_power
         assert not script.ask(ReadPosition()).positions.largest
-        alerts = [event.kind for event in script.events if isinstance(event, Alert)]
-        assert alerts == [AlertKind.RESTARTED]
+        assert [each.kind for each in script.alerts()] == [AlertKind.RESTARTED]
 
 
 class TestArm:
@@ -459,13 +494,15 @@ FAR_STEPS = 200
 """More than a burst makes."""
 
 
-def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
+@pytest.mark.parametrize("awaited", [Op.POSITION, Op.MOVE_ABSOLUTE])
+def test_a_stop_goes_out_as_soon_as_what_was_sent_before_it_is_answered(awaited):
     arm = ready_robko()
     link, asked_s, said_s = arm.twin.link, [], []
 
     def watch(written):
         op = op_of(written)
-        if op is Op.POSITION and arm.twin.device.moving and not asked_s:
+        under_way = op is Op.MOVE_ABSOLUTE or arm.twin.device.moving
+        if op is awaited and under_way and link.count(Op.MOVE_ABSOLUTE) == 2 and not asked_s:
             arm.request_stop()
             asked_s.append(arm.parts.engine.now_s)
         elif op is Op.STOP:
