@@ -42,7 +42,6 @@ INNER: Mapping[type, frozenset[str]] = MappingProxyType(
                 "place_of",
                 "places",
                 "require_fitting",
-                "require_once",
                 "require_origin",
                 "row",
                 "shift_to",

@@ -18,10 +18,10 @@ from typing import Any, ClassVar
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.speed_table import SpeedTable
-from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
+from armdrive.errors import BadRequest, PendantFileError, Refused
 from armdrive.errors.arguments import made_of, several
 from armdrive.status import joints_view
-from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
+from firmware_protocol.errors import BadField, ProtocolError
 from firmware_protocol.fields import wrapped16
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
 from firmware_protocol.teachmover.messages import MOTORS, MOVE_KIND, ROW_WORDS
@@ -48,14 +48,6 @@ def is_move(row: ProgramRow) -> bool:
     return row.kind == MOVE_KIND and row.speed <= SPEED_MAX
 
 
-@dataclass(frozen=True, slots=True)
-class RowPlace:
-    """A row's target: joint angles and gripper opening."""
-
-    joints: Joints
-    opening_mm: float
-
-
 @dataclass(frozen=True, slots=True, repr=False)
 class PendantProgram:
     """A program's rows in order; `origin` is None if the registers' zero point is unknown."""
@@ -72,11 +64,8 @@ class PendantProgram:
     def from_words(
         cls, rows: Sequence[Sequence[int]], origin: tuple[int, ...] | None = None
     ) -> PendantProgram:
-        """Decode the rows from eight words each. Raises `DeviceFault` if one is invalid."""
-        try:
-            return cls(tuple(ProgramRow.from_words(row) for row in rows), origin)
-        except RemoteProtocolError as error:
-            raise DeviceFault(f"the program in the arm cannot be read: {error}") from None
+        """Decode the rows of a `DeviceProgram` from eight words each."""
+        return cls(tuple(ProgramRow.from_words(row) for row in rows), origin)
 
     @classmethod
     def parse(cls, text: str) -> PendantProgram:
@@ -112,10 +101,6 @@ class PendantProgram:
         count = len(self.rows)
         if count > most:
             raise BadRequest(f"{count} rows are more than the arm's memory can hold: {most}")
-        self.require_once()
-
-    def require_once(self) -> None:
-        """Raise `BadRequest` if two different rows have the same number."""
         seen: dict[int, ProgramRow] = {}
         for row in self.rows:
             if seen.setdefault(row.number, row) != row:
@@ -125,16 +110,18 @@ class PendantProgram:
 
     def require_origin(self, origin: tuple[int, ...] | None) -> None:
         """Raise `Refused` if the rows certainly lead to other places with this origin."""
-        if self.origin is None or origin is None or not any(self.shift_to(origin)):
-            return
-        raise Refused(
-            "the arm's registers count from elsewhere than when this program was read, so its rows "
-            f"would now lead to places that differ by {self.shift_to(origin)} half-steps. To shift "
-            "the program, call `moved_to()`; to keep its numbers, call `without_origin()`"
-        )
+        if origin is not None and any(by := self.shift_to(origin)):
+            raise Refused(
+                "the arm's registers count from elsewhere than when this program was read, so its "
+                f"rows would now lead to places that differ by {by} half-steps. To shift the "
+                "program, call `moved_to()`; to keep its numbers, call `without_origin()`"
+            )
 
     def shift_to(self, origin: tuple[int, ...]) -> tuple[int, ...]:
-        """Return what to add to registers to reach the same places with another origin."""
+        """Return what to add to registers to reach the same places with another origin.
+
+        Without an origin of its own, the rows are mere numbers that nothing has to be added to.
+        """
         old = self.origin or origin
         return tuple(wrapped16(was - now) for was, now in zip(old, origin, strict=True))
 
@@ -144,12 +131,11 @@ class PendantProgram:
         Raises `Refused` if either origin is unknown, if a row is not a move (so the meaning of its
         numbers is unknown), or if a register would exceed its 16 bits.
         """
-        if self.origin is None or origin is None:
-            if self.origin is None:
-                raise Refused(
-                    "the program's origin is unknown: home the arm it was read from, and read it "
-                    "again"
-                )
+        if self.origin is None:
+            raise Refused(
+                "the program's origin is unknown: home the arm it was read from, and read it again"
+            )
+        if origin is None:
             raise Refused("the arm's registers count from an unknown position: home it first")
         by = self.shift_to(origin)
         if not any(by):
@@ -175,24 +161,24 @@ class PendantProgram:
         rows = []
         for row in self.rows:
             place = self.place_of(config, row)
+            joints, opening_mm = (None, None) if place is None else place
             rows.append(
                 {
                     "row": row.number,
                     "words": list(row.words),
-                    "joints": None if place is None else joints_view(place.joints),
-                    "gripper_mm": None if place is None else round(place.opening_mm, 3),
+                    "joints": None if joints is None else joints_view(joints),
+                    "gripper_mm": None if opening_mm is None else round(opening_mm, 3),
                 }
             )
         return {"origin": self.origin, "rows": rows}
 
-    def place_of(self, config: ArmConfig, row: ProgramRow) -> RowPlace | None:
-        """Return a row's target; None if it is not a move or the origin is unknown."""
+    def place_of(self, config: ArmConfig, row: ProgramRow) -> tuple[Joints, float] | None:
+        """Return a row's posture and opening; None if it is no move or the origin is unknown."""
         transmission = config.model.transmission
         if not is_move(row) or self.origin is None or transmission is None:
             return None
         steps = (count + at for count, at in zip(row.positions, self.origin, strict=True))
-        joints, opening_mm = transmission.to_joints(Motors(steps))
-        return RowPlace(joints, opening_mm)
+        return transmission.to_joints(Motors(steps))
 
     def meaning(self, config: ArmConfig, row: ProgramRow) -> str:
         """Describe a row in words, as far as its meaning is known."""
@@ -200,9 +186,7 @@ class PendantProgram:
             return "not a known move"
         fast = f"{SpeedTable(config.device.speed_table).rate_hz(row.speed):.0f} steps/s"
         place = self.place_of(config, row)
-        if place is None:
-            return fast
-        return f"{fast}; {place.joints}; fingers {mm_text(place.opening_mm)}"
+        return fast if place is None else f"{fast}; {place[0]}; fingers {mm_text(place[1])}"
 
 
 def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:

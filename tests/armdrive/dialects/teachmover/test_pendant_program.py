@@ -171,11 +171,27 @@ def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
         assert arm.controller.read_program().words == read.words
 
 
-def test_a_row_of_an_unknown_kind_is_kept_but_not_shifted():
-    odd = PendantProgram((ProgramRow(1, 200, (1, 2, 3, 4, 5, 6), kind=4),), (0,) * 6)
-    with pytest.raises(Refused, match="unknown kind"):
-        odd.moved_to((5,) * 6)
-    assert odd.moved_to((0,) * 6) is odd
+ZERO, FIVES = (0,) * 6, (5,) * 6
+ODD = ProgramRow(1, 200, (1, 2, 3, 4, 5, 6), kind=4)
+
+
+@pytest.mark.parametrize(
+    ("row", "origin", "to", "words"),
+    [
+        (ODD, ZERO, FIVES, "unknown kind"),
+        (ProgramRow.move(1, 200, (-32768,) * 6), ZERO, FIVES, "row 1 cannot be shifted"),
+        (ProgramRow.move(1, 200, ZERO), None, FIVES, "the program's origin is unknown"),
+        (ProgramRow.move(1, 200, ZERO), ZERO, None, "home it first"),
+    ],
+)
+def test_a_row_that_may_lead_elsewhere_is_not_shifted(row, origin, to, words):
+    with pytest.raises(Refused, match=words):
+        PendantProgram((row,), origin).moved_to(to)
+
+
+def test_a_row_of_an_unknown_kind_is_kept():
+    odd = PendantProgram((ODD,), ZERO)
+    assert odd.moved_to(ZERO) is odd
 
 
 def test_the_dump_of_a_slow_wire_is_waited_for():
@@ -189,7 +205,6 @@ def test_the_dump_of_a_slow_wire_is_waited_for():
 # -- Files -----------------------------------------------------------------------------------------
 
 CONFIG = find("sim:teachmover").config
-ZERO = (0,) * 6
 
 
 def written(program):
@@ -233,11 +248,18 @@ def test_rows_stand_below_their_motors():
         ("jump 1 240 1 2 3 4 5 6", "line 2: a row begins with `move` or `raw`, not 'jump'"),
         ("raw 1 70000 1 2 3 4 5 6", "line 2: 70000"),
         ("origin 1 2 3", "line 2: `origin` needs 6 numbers"),
+        ("origin 0 0 0 0 0 0\norigin 1 2 3 4 5 6", "line 3: `origin` needs 8"),
     ],
 )
 def test_a_line_that_is_none_is_named(line, words):
     with pytest.raises(PendantFileError, match=words):
         PendantProgram.parse(f"{FORMAT_LINE}\n{line}\n")
+
+
+@every_row("text", ["", "move 1 240 1 2 3 4 5 6", "armdrive pendant program 2"])
+def test_a_file_without_its_first_line_is_no_program(text):
+    with pytest.raises(PendantFileError, match="the first line must be"):
+        PendantProgram.parse(text)
 
 
 @given(st.text(alphabet="mover awign0123456789- #\n", max_size=80))
@@ -257,6 +279,11 @@ def test_a_row_that_is_there_twice_can_be_kept_but_not_used():
     assert PendantProgram.parse(written(program)) == program
     with pytest.raises(BadRequest, match="row 1 is there twice"):
         program.require_fitting(64)
+
+
+def test_more_rows_than_the_memory_holds_are_refused_before_the_first():
+    with pytest.raises(BadRequest, match="65 rows are more than"):
+        program(*range(65)).require_fitting(64)
 
 
 def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
