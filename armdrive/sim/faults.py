@@ -13,7 +13,7 @@ import math
 import random
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeAlias, cast
@@ -66,16 +66,18 @@ class FaultRequest:
     seed: int = 0
     after_s: float = 0.0
     for_s: float | None = None
-    text: str = field(default="", compare=False)
 
     def __post_init__(self) -> None:
         if self.side not in SIDES:
             raise BadRequest(f"bytes come from {', '.join(SIDES)}, not from {self.side!r}")
         for seconds in (self.after_s, self.for_s or 0.0):
-            if not (math.isfinite(seconds) and seconds >= 0.0):
+            if not 0.0 <= seconds < math.inf:
                 raise BadRequest(f"a time must be 0 or more seconds, not {seconds}")
-        if not self.text:
-            object.__setattr__(self, "text", " ".join((self.name, *self.words)))
+
+    @property
+    def text(self) -> str:
+        """The fault and its arguments, as they are written at the console."""
+        return " ".join((self.name, *self.words))
 
 
 def parse_option(text: str) -> FaultRequest:
@@ -92,13 +94,11 @@ def parse_words(words: Sequence[str]) -> FaultRequest:
     """Parse the words of a console command."""
     after_s, named, plain = 0.0, {}, []
     for word in words:
-        name, equals, value = word.partition("=")
+        name, _, value = word.partition("=")
         if word.startswith("@"):
             after_s = number(word[1:])
-        elif equals and name in _NAMED:
+        elif name in _NAMED:
             named[name] = value
-        elif word.startswith("--"):
-            raise BadRequest(f"there is no {word}; write from=host, seed=3, for=2 or @5")
         else:
             plain.append(word)
     if not plain:
@@ -110,7 +110,6 @@ def parse_words(words: Sequence[str]) -> FaultRequest:
         seed=whole(named.get("seed", "0")),
         after_s=after_s,
         for_s=number(named["for"]) if "for" in named else None,
-        text=" ".join(words),
     )
 
 
@@ -253,7 +252,7 @@ def _count(word: str) -> int:
 
 def _seconds(word: str) -> float:
     seconds = number(word)
-    if not 0.0 < seconds < math.inf:
+    if seconds <= 0.0:
         raise BadRequest(f"a delay must be above 0 seconds, not {word}")
     return seconds
 
@@ -574,8 +573,8 @@ class Faults:
 
     @property
     def active(self) -> tuple[str, ...]:
-        """The faults in effect, as they were requested."""
-        return tuple(each.request.text for each in self._active if each.alive())
+        """The faults in effect."""
+        return tuple(each.request.text for each in self._effective())
 
     def add(
         self,
@@ -603,13 +602,14 @@ class Faults:
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
         """End all faults, or those of a name; return those that were in effect."""
-        ended = [each for each in self._active if name in (None, each.request.name)]
+        ended = [each for each in self._effective() if name in (None, each.request.name)]
         for each in ended:
             self._end(each)
         return tuple(each.request.text for each in ended)
 
     def _begin(self, request: FaultRequest, arguments: tuple[Any, ...]) -> None:
         kind = FAULTS[request.name]
+        self._active = self._effective()
         for each in [*self._active] if kind.of_motor else ():
             if each.request.name == request.name and each.arguments[0] == arguments[0]:
                 self._end(each)
@@ -618,10 +618,13 @@ class Faults:
         if lasting is None or alive is None:
             return
         active = _Active(request, arguments, lasting, alive)
-        self._active = [*(each for each in self._active if each.alive()), active]
+        self._active.append(active)
         lasts_s = kind.lasts_s if request.for_s is None else request.for_s
         if lasts_s is not None:
             self._later(lasts_s, lambda: self._end(active))
+
+    def _effective(self) -> list[_Active]:
+        return [each for each in self._active if each.alive()]
 
     def _later(self, in_s: float, action: Callable[[], None]) -> None:
         """Do something in a while; if it fails then, keep the reason."""

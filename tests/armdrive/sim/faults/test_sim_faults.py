@@ -94,10 +94,11 @@ class TestOnTheWire:
         assert wired.pass_time(1.3) == b"1\r"
 
     def test_it_says_nothing_for_a_while(self, wired):
-        wired.faults.add("mute", for_s=2.0)
-        assert wired.ask(READ) == b""
+        wired.faults.add("mute", for_s=4.0)
+        assert wired.ask(STEP, 2.0) == b""
+        assert wired.twin.device.registers[0] == 470  # it has heard and obeyed
         wired.pass_time(2.0)
-        assert wired.ask(READ) == ANSWER
+        assert wired.ask(READ) == b"1\r470,0,0,0,0,0,0\r"
 
     def test_it_says_noise_and_the_same_one_again(self, wired):
         wired.faults.add("garbage", 20, seed=7)
@@ -156,6 +157,12 @@ class TestOnTheArm:
         wired.faults.add("lose-steps", motor, 30)
         wired.ask(STEP, 2.0)
         wired.ask(b"@STEP 240,-20,5,0,0,0,0\r", 2.0)
+        assert wired.faults.active == ()
+        wired.faults.add("lose-steps", motor, 30)
+        assert wired.faults.end() == (f"lose-steps {motor} 30",)
+        wired.ask(b"@STEP 240,0,1,0,0,0,0\r", 2.0)
+        wired.ask(b"@STEP 240,20,-1,0,0,0,0\r", 2.0)
+        wired.ask(b"@STEP 240,-20,0,0,0,0,0\r", 2.0)
         assert wired.twin.device.registers == (450, 5, 0, 0, 0, 0)
         assert wired.twin.world.motors - before == (420, 5, 0, 0, 0, 0)
 
@@ -207,6 +214,8 @@ def test_a_board_resets_and_its_switches_stick():
     device.transmit(1.5)
     assert board.switches == {1: SwitchState.FREE}
     assert faults.active == ()
+    with pytest.raises(BadRequest, match="a switch is free, open, closed"):
+        faults.add("switch", 2, "stuck")
     for state in ("open", "closed", "free"):
         faults.add("switch", 2, state)
         assert board.switches == {1: SwitchState(state)}
@@ -240,7 +249,8 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
         ("drop 2", "from 0 to 1"),
         ("drop #0", "from #1"),
         ("drop 0.1 from=nobody", "not from 'nobody'"),
-        ("drop 0.1 --from host", "there is no --from; write from=host"),
+        ("drop 0.1 sed=3", "write it like this: drop"),
+        ("mute for=-1", "0 or more"),
         ("drop 0.1 seed=one", "not a whole number"),
         ("drop 0.1 @-1", "0 or more"),
         ("drop 0.1 @nan", "not a finite number"),
@@ -253,6 +263,7 @@ def test_a_kind_of_device_can_have_what_it_is_made_for():
         ("lose-steps 7 5", "1 to 6 or base"),
         ("lose-steps 1 -5", "a count is from 1"),
         ("stall", "stall MOTOR"),
+        ("stall x", "1 to 6 or base"),
         ("@5", "name a fault"),
     ],
 )

@@ -362,11 +362,14 @@ def test_faults_are_begun_listed_and_ended(console):
     assert console.answer("fault stall 2") == "stall 2: a motor no longer follows"
     for words in ("", "fault "):
         answer = console.answer(f"{words}drop 0.5 from=host for=2 seed=3 @60")
-        assert answer.endswith("@60 in 60 s: bytes, or frames of a bus, are lost")
+        assert answer == "drop 0.5 in 60 s: bytes, or frames of a bus, are lost"
+    console.answer("mute")
     assert state(console)["stalled"] == [2]
-    assert json.loads(console.answer("fault --json")) == {"faults": ["stall 2"]}
+    assert json.loads(console.answer("fault --json")) == {"faults": ["stall 2", "mute"]}
     assert console.answer("fault off stall") == "ended: stall 2"
+    assert console.answer("fault") == "mute"
     assert state(console)["stalled"] == []
+    assert console.answer("fault off") == "ended: mute"
     assert console.answer("fault off") == "ended: nothing"
 
 
