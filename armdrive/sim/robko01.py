@@ -11,6 +11,7 @@ firmware lists but does not implement, are dropped silently.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -100,29 +101,22 @@ class FirmwareReader:
     """
 
     def __init__(self) -> None:
-        self.dropped = 0
         self._frame = bytearray()
         self._payload = bytearray(PAYLOAD_MAX)
-        self._skipping = False
 
     def read(self, data: bytes) -> Iterator[bytes]:
         """Yield each request that the firmware acts on, with the payload as it reads it."""
         for byte in data:
             if not self._frame and byte != SENTINEL:
-                self.dropped += not self._skipping
-                self._skipping = True
                 continue
-            self._skipping = False
             self._frame.append(byte)
             if not self._fits():
                 self._frame.clear()
-                self.dropped += 1
             elif len(self._frame) > _HEADER and len(self._frame) == self._whole():
                 frame = bytes(self._frame)
                 self._frame.clear()
-                if frame[-_CHECK:] != check_bytes(frame[:-_CHECK]):
-                    self.dropped += 1
-                elif frame[1] == Kind.REQUEST:
+                checked = frame[-_CHECK:] == check_bytes(frame[:-_CHECK])
+                if checked and frame[1] == Kind.REQUEST:
                     yield self._request(frame[_HEADER - 1], frame[_HEADER:-_CHECK])
 
     def _fits(self) -> bool:
@@ -293,15 +287,9 @@ class SimRobkoBoard(Board):
         self._reader = FirmwareReader()
         self._requests: deque[Request] = deque()
         """The requests to be answered, one after the other."""
-        self._ignored = 0
         self._answer_s = math.inf
         self._accepted_s = -math.inf
         self._fed_s = -math.inf
-
-    @property
-    def dropped(self) -> int:
-        """How many fragments of input were dropped silently."""
-        return self._reader.dropped + self._ignored
 
     @property
     def busy(self) -> bool:
@@ -333,12 +321,7 @@ class SimRobkoBoard(Board):
 
     def details(self) -> dict[str, Json]:
         """Return the board type, its outputs, and whether its motors are on."""
-        return {
-            "board": self.quirks.board,
-            "enabled": self.enabled,
-            "outputs": self.outputs,
-            "dropped": self.dropped,
-        }
+        return {"board": self.quirks.board, "enabled": self.enabled, "outputs": self.outputs}
 
     def reset(self) -> None:
         """Restart the firmware: motion stops dead, positions become zero, and the motors go off."""
@@ -350,10 +333,8 @@ class SimRobkoBoard(Board):
     def receive(self, data: bytes) -> None:
         """Receive bytes; each request takes a while to process."""
         for frame in self._reader.read(data):
-            try:
+            with contextlib.suppress(RemoteProtocolError):  # an operation that it does not have
                 self._requests.append(decode_request(SuperFrame(frame, 0)))
-            except RemoteProtocolError:
-                self._ignored += 1
         self._take_up(self.now_s)
 
     def happen(self) -> None:

@@ -119,16 +119,15 @@ class Host(LineHost[Event]):
         self._command = command
         return encode_command(command)
 
-    def give_up(self) -> Command | None:
-        """Stop waiting for the unanswered command, after a timeout, and return it.
+    def give_up(self) -> None:
+        """Stop waiting for the unanswered command, after a timeout.
 
         Its motion may still be under way, and its answer may come later. Send `Version` next: the
         late answer is then a `Stray`, and the answer to `Version` shows that the board has finished
         every earlier command.
         """
-        command, self._command = self._command, None
+        self._command = None
         self._clean = False
-        return command
 
     def _interpret(self, line: bytes) -> Event:
         answer = decode_answer(line)
@@ -195,11 +194,6 @@ class Device:
         """The number that is being received, for the answer to `ReportArguments`."""
         return self._accumulator
 
-    @property
-    def clean(self) -> bool:
-        """Whether no half-received command can alter the next one."""
-        return self._index == 0 and self._accumulator == 0
-
     def receive_data(self, data: bytes) -> None:
         """Take characters from the host in any chunks."""
         self._waiting += data
@@ -228,12 +222,11 @@ class Device:
         self._request = None
         return encode_answer(answer)
 
-    def forget(self) -> Request | None:
-        """Reset, as after a loss of power; return the unanswered command."""
-        request, self._request = self._request, None
+    def forget(self) -> None:
+        """Reset, as after a loss of power."""
+        self._request = None
         self._reset()
         self._waiting.clear()
-        return request
 
     def _welcome(self) -> None:
         if self._request is not None:

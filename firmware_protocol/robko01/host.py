@@ -84,8 +84,8 @@ class Host:
             return Unreadable(frame.raw, str(error))
         return self._accept(frame, answer)
 
-    def forget(self) -> Request | None:
-        """Stop waiting for the answer, after a timeout, and return the request.
+    def forget(self) -> None:
+        """Stop waiting for the answer, after a timeout.
 
         The arm may or may not have executed it. A late answer is `Stray`, unless the next
         request has the same operation: then only a `Ping`, whose bytes differ, shows the
@@ -93,8 +93,7 @@ class Host:
         requests, so no late answer follows the answer to the `Ping`. Send `FLUSH` first, in case
         the arm waits for the rest of a corrupt frame.
         """
-        request, self._request = self._request, None
-        return request
+        self._request = None
 
     def silence(self) -> None:
         """Report that the line has been quiet for longer than any pause within a frame.

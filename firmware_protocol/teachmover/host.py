@@ -91,7 +91,6 @@ class Host(LineHost[Event]):
         self._awaits = Due.NOTHING
         self._command: Command | None = None
         self._rows: list[ProgramRow] = []
-        self._dump_over = False
 
     @property
     def outstanding(self) -> Command | None:
@@ -121,32 +120,33 @@ class Host(LineHost[Event]):
         self._command, self._awaits = command, Due.STATUS
         return data
 
-    def next_event(self) -> Event | None:
-        """Return the next event from the bytes received so far, or None."""
-        event = super().next_event()
-        return self._end_of_dump() if event is None and self._dump_over else event
-
-    def end_dump(self) -> None:
-        """End a dump; `next_event` then returns its `Completed`.
+    def end_dump(self) -> list[Event]:
+        """End a dump; return its last events: those that wait, an unfinished row, `Completed`.
 
         How an arm ends a dump is unverified: call this once the line is quiet. Raises
         `LocalProtocolError` if no dump is arriving.
         """
-        if self._awaits is not Due.ROWS:
+        if self._awaits is not Due.ROWS or self._command is None:
             raise LocalProtocolError("no dump is coming in: send QDump and wait for its first row")
-        self._dump_over = True
+        last: list[Event] = []
+        while (event := self.next_event()) is not None:
+            last.append(event)
+        if cut_off := self._partial:
+            self._lines.discard()
+            last.append(Unreadable(cut_off, "the dump ended in the middle of a line"))
+        rows = tuple(self._rows)
+        return [*last, self._complete(Completed(self._command, Status.DONE, rows=rows))]
 
-    def give_up(self) -> Command | None:
-        """Stop waiting for the unanswered command, after a timeout, and return it.
+    def give_up(self) -> None:
+        """Stop waiting for the unanswered command, after a timeout.
 
         Its answer may still come, and nothing in it names the command. Before the next `send` a
         late answer is a `Stray`; after it, a late status line is taken for the answer to the new
         command. So wait until the line has been quiet for longer than any motion lasts, call
         `discard`, and send `Read` next: its register line reveals a mix-up.
         """
-        command = self._command
-        self._finish()
-        return command
+        self._awaits, self._command = Due.NOTHING, None
+        self._rows.clear()
 
     def _interpret(self, line: bytes) -> Event | None:
         reply = decode_reply(line)
@@ -175,19 +175,6 @@ class Host(LineHost[Event]):
             return None
         return self._complete(Completed(command, status))
 
-    def _end_of_dump(self) -> Event | None:
-        if self._command is None:
-            return None
-        if cut_off := self._partial:
-            self._lines.discard()
-            return Unreadable(cut_off, "the dump ended in the middle of a line")
-        return self._complete(Completed(self._command, Status.DONE, rows=tuple(self._rows)))
-
     def _complete(self, event: Completed) -> Completed:
-        self._finish()
+        self.give_up()
         return event
-
-    def _finish(self) -> None:
-        self._awaits, self._command = Due.NOTHING, None
-        self._rows.clear()
-        self._dump_over = False

@@ -99,9 +99,9 @@ class TeachMoverBench(HostBench):
             if math.isinf(self.now_s):
                 outstanding = self.host.outstanding
                 assert isinstance(outstanding, teachmover.QDump), "the device never answers"
-                self.host.end_dump()
-            else:
-                self.host.receive_data(self.link.read(self.now_s))
+                (completed,) = self.host.end_dump()
+                return completed
+            self.host.receive_data(self.link.read(self.now_s))
 
 
 class RobkoBench(HostBench):

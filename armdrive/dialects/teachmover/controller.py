@@ -151,9 +151,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
             if event is not None:
                 events.append(event)
         if host.dumping:
-            host.end_dump()
-            # an unfinished row comes first, as a garbled one
-            events += iter(host.next_event, None)
+            events += host.end_dump()
         bad = [each.reason for each in events if isinstance(each, Unreadable)]
         ended = next((each for each in events if isinstance(each, Completed)), None)
         if ended is None:

@@ -129,11 +129,11 @@ class World:
 
         A block of that name is moved there, even out of the fingers.
         """
-        return self.scene.put(block, self.tip, self._pull_mm)
+        return self.scene.put(block)
 
     def take(self, name: str) -> TableBlock:
         """Take a block away. Raises `BadRequest` if there is no block of that name."""
-        return self.scene.take(name, self.tip, self._pull_mm)
+        return self.scene.take(name)
 
     def restore_blocks(self, blocks: Iterable[TableBlock], held: str | None) -> None:
         """Restore the blocks of a saved world, one of them possibly in the fingers."""

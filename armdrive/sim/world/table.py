@@ -326,15 +326,13 @@ class GripScene:
             return self._blocks[self.held].width_mm
         return max((self._blocks[name].width_mm for name in self._around), default=0.0)
 
-    def put(self, block: TableBlock, tip: Point, opening_mm: float) -> TableBlock:
+    def put(self, block: TableBlock) -> TableBlock:
         """Put a block down, or move the one of that name; return where it came to rest."""
-        self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         put = self._table.put(block.at(self._stand.on_table(block.place)))
         return put.at(self._stand.from_base(put.place))
 
-    def take(self, name: str, tip: Point, opening_mm: float) -> TableBlock:
+    def take(self, name: str) -> TableBlock:
         """Take a block away, even out of the fingers."""
-        self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
         taken = self._table.take(name)
         return taken.at(self._stand.from_base(taken.place))
 

@@ -127,7 +127,7 @@ def test_a_damaged_line_completes_nothing(line):
 def test_a_version_tells_that_a_given_up_motion_is_over():
     host = Host()
     host.send(DriveOne(1, 30000))
-    assert host.give_up() == DriveOne(1, 30000)
+    host.give_up()
     host.send(Version())
     host.receive_data(OFFSETS_LINE + b"version = 1.3\r\n")
     assert events(host) == [Stray(OFFSETS), Completed(Version(), VersionReported("1.3", None))]
@@ -152,13 +152,6 @@ def test_arguments_are_dropped_only_where_nothing_can_be_left_in_the_board():
     host.send(DropArguments())
     host.give_up()
     assert not host.clean
-
-
-def test_a_number_that_the_board_repeats_is_compared():
-    assert Completed(SetSpeed(100), SpeedReported(100)).as_asked
-    assert not Completed(SetSpeed(100), SpeedReported(7100)).as_asked
-    assert not Completed(Torque(False), TorqueReported(True)).as_asked
-    assert Completed(DriveOne(1, 5), OFFSETS).as_asked
 
 
 @given(ANSWERS)
@@ -279,7 +272,6 @@ def test_each_letter_forgets_what_the_sketch_forgets(
     device = armdroid.Device()
     said(b"7,8" + letter, device)
     assert (device.arguments, device.accumulator) == (arguments, accumulator)
-    assert device.clean is (next_argument_goes_to == 0 and accumulator == 0)
     said(b",", device)
     changed = list(arguments)
     changed[next_argument_goes_to] = accumulator
@@ -308,7 +300,6 @@ def test_a_comma_and_a_d_clear_whatever_was_left_and_move_nothing(noise, numbers
     (event,) = said(b",d", device)
     assert isinstance(event, armdroid.DriveOne)
     assert event.steps == 0
-    assert device.clean
     assert said(b",,,,,d", device) == [armdroid.DriveOne(0, 0)]
     assert device.arguments == ZEROS
     assert said(b"@READ\r", device) == [armdroid.DriveAll((0,) * 6)]
@@ -338,4 +329,3 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         assert events(host) == [armdroid.Completed(command, answer)]
         assert (host.outstanding, device.unanswered) == (None, None)
         assert host.clean
-        assert device.clean
