@@ -32,7 +32,6 @@ from firmware_protocol.mks.values import (
     Outcome,
     Switch,
     Version,
-    abilities_of,
     check_byte,
     choice,
     one_of,
@@ -143,7 +142,8 @@ class VersionRead(Message, code=Code.VERSION):
         boolean("calibrated", self.calibrated)
         boolean("e_series", self.e_series)
         whole("board", self.board, 0, 0x0F)
-        abilities_of(self.version)  # raises for what is no version
+        for part in self.version:
+            whole("version", part, 0, 255)
 
     @property
     def payload(self) -> bytes:

@@ -192,12 +192,10 @@ class MksExchange(ScriptIO[Event]):
         *,
         tries: int = TRIES,
         text: str = "",
-        patient: bool = True,
     ) -> MksScript[dict[MksDrive, Answer]]:
         """Send each drive its request; return the replies that came.
 
-        A drive that does not reply is asked again at once. With `patient` the last of several tries
-        waits longer.
+        A drive that does not reply is asked again at once. The last of several tries waits longer.
         """
         found: dict[MksDrive, Answer] = {}
         for left in range(tries, 0, -1):
@@ -206,7 +204,7 @@ class MksExchange(ScriptIO[Event]):
                 break
             for drive, message in missing.items():
                 self.put(drive, message, text)
-            patient_s = LAST_TRY_S if patient and left == 1 < tries else 0.0
+            patient_s = LAST_TRY_S if left == 1 < tries else 0.0
             yield from self._collect(missing, found, patient_s)
         return found
 
@@ -238,11 +236,10 @@ class MksExchange(ScriptIO[Event]):
         drives: Collection[MksDrive] | None = None,
         *,
         tries: int = TRIES,
-        patient: bool = True,
     ) -> MksScript[dict[MksDrive, Answer]]:
         """Ask some drives, or all, the same question; return the answers that came."""
         asked = dict.fromkeys(self.drives if drives is None else drives, message)
-        return (yield from self.ask(asked, tries=tries, patient=patient))
+        return (yield from self.ask(asked, tries=tries))
 
     def reading(
         self, drive: MksDrive, message: Read | ReadSetting, *, tries: int = TRIES

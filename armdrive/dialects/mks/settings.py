@@ -12,7 +12,7 @@ from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
 
 # Only with these are the drive's speeds in rpm.
 MICROSTEPS = (16, 32, 64)
-_FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
+_FIRMWARE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{1,2})")
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,8 +34,6 @@ STANDS_S = 0.04
 PATIENCE_S = 1.5
 # The speed at which a set-point returns to its shaft, and the time it has for that.
 RELIEF_RPM, RELIEF_S = 300, 0.3
-# How often a drive is asked for its angle error: firmware without that answer costs the wait.
-RELIEF_TRIES = 2
 # How much steeper than necessary a drive brakes at its target.
 BRAKING_MARGIN = 1.1
 # The longest time until an order takes effect: its frame, those before it, a late loop.
@@ -94,7 +92,7 @@ def relieve(io: MksExchange, drives: Collection[MksDrive]) -> MksScript[dict[Mks
     are relieved once only: a shaft that always hangs off its set-point would be followed away.
     """
     pushing = dict[MksDrive, int]()
-    found = yield from io.read(ReadAngleError(), drives, tries=RELIEF_TRIES, patient=False)
+    found = yield from io.read(ReadAngleError(), drives)
     for drive, answer in found.items():
         error = answer.error if isinstance(answer, AngleErrorRead) else 0
         off = round(error * COUNTS_PER_TURN / ANGLE_ERROR_PER_TURN)

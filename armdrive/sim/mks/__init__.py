@@ -25,7 +25,7 @@ from firmware_protocol.errors import BadField
 
 HOMING_RPM = 60
 USUAL_MA, USUAL_MICROSTEPS = 1600, 16
-_FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
+_FIRMWARE = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{1,2})")
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,20 +96,12 @@ def _versions(text: str, config: ArmConfig, count: int) -> tuple[mks.Version, ..
         text = getattr(config.device, "firmware", "") or ".".join(map(str, mks.LATEST))
     words = [word.strip() for word in text.split("+")]
     words = words * count if len(words) == 1 else words
-    if len(words) != count or not all(map(_FIRMWARE.fullmatch, words)):
+    found = [part for part in map(_FIRMWARE.fullmatch, words) if part is not None]
+    if not len(words) == len(found) == count:
         raise BadRequest(
             f'firmware is written "1.0.9", or as {count} of them joined by +, not {text!r}'
         )
-    return tuple(map(_version, words))
-
-
-def _version(word: str) -> mks.Version:
-    first, second, third = map(int, word.split("."))
-    try:
-        mks.abilities_of((first, second, third))
-    except BadField as error:
-        raise BadRequest(str(error)) from None
-    return first, second, third
+    return tuple((int(each[1]), int(each[2]), int(each[3])) for each in found)
 
 
 KIND = SimDeviceKind(MksBoard, _make, MksQuirks)

@@ -118,12 +118,10 @@ REFUSED = [
     (lambda: mks.ReadSetting(mks.Code.ENCODER), "setting"),
     (lambda: mks.EncoderRead(1 << 47), "counts"),
     (lambda: mks.VersionRead(True, 16, (1, 0, 6)), "board"),
-    (lambda: mks.VersionRead(True, 2, (1, 9)), "version"),
+    (lambda: mks.VersionRead(True, 2, (1, 0, 256)), "version"),
     (lambda: mks.SettingRead(mks.Code.MODE, b"\xff\xff"), "value"),
     (lambda: mks.Status(mks.Code.ENABLE, mks.Outcome.STARTED), "outcome"),
     (lambda: mks.ramp_rpm_s(256), "acc"),
-    (lambda: mks.acc_of(0), "most_rpm_s"),
-    (lambda: mks.abilities_of("1.0.6"), "version"),
 ]
 
 

@@ -360,6 +360,8 @@ FAULTS = {
     "stalls": (lambda bench: bench.node(2).stall(), AlertKind.SWITCHED_OFF,
                r"drive 2 \(shoulder\) has stalled"),
     "is reset": (lambda bench: bench.node(1).reset(), AlertKind.RESTARTED, r"drive 1 \(base\)"),
+    "is switched off": (lambda bench: bench.node(5).enable(False), AlertKind.SWITCHED_OFF,
+                        r"drive 5 \(left wrist\) has switched its motor off"),
     "is in another mode": (lambda bench: bench.node(5).set_mode(Mode.PULSE_FOC),
                            AlertKind.OFF_PATH, r"drive 5 \(left wrist\) is in mode 2"),
     "reaches a limit switch": (reach_a_switch, AlertKind.ALARM_LOST,
