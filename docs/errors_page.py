@@ -15,9 +15,8 @@ HEAD = """\
 # Every error
 
 What each error means, what it does to the arm, and what to do. The code stands in brackets before
-the message: `armdrive: [E203] planned motion needs ...`. `armdrive errors CODE` prints one row,
-and `armdrive errors --find lost,cable` the rows with both words. On the log of the desk (F7) `e`
-searches it.
+the message: `armdrive: [E203] planned motion needs ...`. `armdrive errors CODE` prints one row.
+On the log of the desk (F7), Enter on an error shows its row.
 
 In Python, every error of a call of an arm is an `ArmError`, and `error.code` is its code. A refusal
 of the kinematics is both: `move_to` raises an `Unreachable` that is an `ArmError` and a

@@ -100,16 +100,6 @@ def code_of_name(name: str) -> str:
     return "" if row is None else row.code
 
 
-def found(words: str) -> tuple[CatalogueEntry, ...]:
-    """Return the rows that have all these words, separated by commas, in upper or lower case."""
-    wanted = words.lower().split(",")
-    return tuple(row for row in ENTRIES if all(word in _text(row) for word in wanted))
-
-
-def _text(row: CatalogueEntry) -> str:
-    return " ".join((row.code, row.name, row.title, row.cause, row.effect, row.remedy)).lower()
-
-
 def by_code(code: str) -> CatalogueEntry | None:
     """Return the row of a code, also in brackets or lower case; None if there is none."""
     return _BY_CODE.get(code.strip().strip("[]").upper())

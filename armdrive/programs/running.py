@@ -107,7 +107,6 @@ class Waits:
 
         Raises `Stopped`, and `WrongState` after the time that a motion would wait.
         """
-        self.require_no_stop()
         if self._arm.status.paused:
             waited_s, longest_s = 0.0, self._arm.parts.core.speed_override.longest_real_s
             while self._arm.status.paused:
@@ -243,7 +242,7 @@ def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
     names = arm.model.arm.joint_names
     if set(angles_deg) != set(names):
         raise BadRequest(
-            f"a place of this arm says {', '.join(names)}, not {', '.join(angles_deg) or 'nothing'}"
+            f"a place of this arm says {', '.join(names)}, not {', '.join(angles_deg)}"
         )
     return Joints.of(*(angles_deg[name] for name in names), names=names)
 

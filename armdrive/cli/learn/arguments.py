@@ -27,17 +27,13 @@ def _errors(parser: argparse.ArgumentParser) -> None:
     """Look up an error by its code: its cause, its effect on the arm and what to do.
 
     Operands:
-      [CODE]        the code of an error, for example E502
-
-    Options:
-      --find WORDS  the errors with all these words, separated by commas
+      [CODE]  the code of an error, for example E502
 
     Every error message begins with its code in brackets.
 
     Examples:
       armdrive errors                      all errors, a line each
       armdrive errors E502
-      armdrive errors --find lost,cable
 
     """
     add_options(parser, _errors)

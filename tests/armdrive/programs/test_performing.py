@@ -12,7 +12,7 @@ from running_bench import (
     table_arm,
 )
 
-from armdrive.errors import Stopped
+from armdrive.errors import InputTimeout, Stopped
 from armdrive.programs import running
 from armdrive.programs.acts import (
     AwaitInputs,
@@ -83,6 +83,15 @@ def test_a_delay_takes_its_time_and_texts_go_to_the_person(arm):
         performer(arm, person).perform(act)
     assert arm.parts.pace.now_s() - began_s == pytest.approx(7.3, abs=1e-6)
     assert (person.said, person.held) == (["width 30"], ["turn the part"])
+
+
+def test_a_wait_for_inputs_says_whether_they_came_and_never_invents_them(arm, does):
+    awaited = AwaitInputs(high=(4,), within_s=1.0)
+    assert does(awaited) is False
+    with pytest.raises(InputTimeout):  # nothing sets it in simulated time
+        does(AwaitInputs(high=(4,)))
+    arm.twin.device.set_input(3, True)
+    assert does(awaited) is True
 
 
 LONG = {

@@ -46,6 +46,7 @@ WRONG = [
     ("speed 120%", 7, "at most 100% of the limits, not 120%: write 0.5 or 50%"),
     ("speed 0", 7, "above 0, not 0"),
     ("delay -1", 7, "at least 0, not -1"),
+    ("delay 1e300", 7, "at most 1000000, not 1e+300"),
     ("signal 0", 8, "counts from 1, so 0 is not allowed"),
     ("wait_input 1 within -2", 21, "at least 0, not -2"),
     ("repeat 2.5\nend", 8, "whole number, not 2.5"),

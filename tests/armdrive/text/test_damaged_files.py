@@ -13,16 +13,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from pages import page
 
-from armdrive.arm import Arm
-from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.errors import ArmError, ArmFileError, StateFileError
 from armdrive.registry.arm_files import parse_arm
-from armdrive.status import State, Trust
+from armdrive.status import Trust
 from armdrive.storage.record import RecordFile
-from armdrive.trace.files import parse_recording
-from armdrive.trace.recorder import FlightRecorder
-from armdrive.trace.replay import replay
 from kinematics import KinematicsError
 from tests.scenarios.stage import STATE, Stage
 
@@ -109,19 +104,3 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
     if status.trust is Trust.RESTORED:
         assert stage.is_true()
     stage.arm.close()
-
-
-@pytest.mark.parametrize("dialect", ["teachmover", "grbl", "cia402"])
-def test_a_spoilt_recording_is_refused_or_replayed(dialect, tmp_path):
-    arm = Arm(connect_simulated(simulated_config(dialect), tracer=FlightRecorder()))
-    arm.jog_j(base_deg=0.2) if arm.status.state is State.STANDBY else arm.enable()
-    text = arm.recorder.save(tmp_path / "it.jsonl").read_bytes()
-    arm.close()
-
-    @settings(QUICK, max_examples=20)
-    @given(data=st.data())
-    def check(data):
-        with contextlib.suppress(RecordingError):
-            replay(parse_recording(data.draw(spoilt(text))))
-
-    check()

@@ -85,12 +85,6 @@ def test_a_cut_off_copy_is_read_up_to_its_last_whole_line(text, data):
     assert recording.cut_off == (text[end - 1 : end] != b"\n")
 
 
-@given(st.binary(max_size=300))
-def test_any_bytes_are_a_recording_error(data):
-    with pytest.raises(RecordingError):
-        parse_recording(data)
-
-
 @given(st.data())
 @settings(max_examples=amount(40, 1000))
 def test_a_spoilt_recording_is_read_or_refused_and_its_replay_ends(text, data):

@@ -72,11 +72,6 @@ def test_symbols_are_written_in_the_notation_of_the_notes(call, own):
     assert with_tool["tool"][0][3] == "l3"
 
 
-def test_an_option_of_another_page_is_refused_with_its_own(call):
-    said = call.refused("explain", "puma", "--symbolic", "--goal", "1", code=2)
-    assert "--goal goes with a worked example, not with --symbolic" in said
-
-
 def test_latex_is_only_formulas_and_comments(call):
     said = call("explain", "two-link-1", "--latex", code=0).out
     assert said.startswith("% Type 1 two-link manipulator")
