@@ -182,16 +182,6 @@ def trial_of(arm: ArmGeometry, transmission: Transmission, posture: Joints, moto
     return Trial(motor, name, whole, seen(whole, pulling), joint, amount, turned(whole))
 
 
-def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
-    """Return the last joint whose turn looks like a turn of the hand alone."""
-    found = posture.names[-1]
-    for index, name in enumerate(posture.names):
-        angles = [angle + (0.01 if at == index else 0.0) for at, angle in enumerate(posture)]
-        if sight(arm, posture, Joints(tuple(angles), posture.names)).visible() == ("roll",):
-            found = name
-    return found
-
-
 # What was seen of the trials, and the conclusion about the directions of motors and joints.
 
 
@@ -248,7 +238,7 @@ class Signs:
 
 
 def conclude(seen: Iterable[SeenMotion], roll_joint: str) -> Signs:
-    """Return what is wrong; `roll_joint` is the joint that the two wrist motors turn together.
+    """Return what is wrong; `roll_joint`, the last one, turns the hand about its own axis.
 
     A motor that moved another one's part shows nothing about directions.
     """
@@ -341,7 +331,6 @@ class DirectionCheck:
         """Whether the motor has been turned and not yet brought back."""
         self.shown = False
         """Whether the motor has been turned since its turn came."""
-        self._roll = roll_joint(arm, posture)
         self._half: SeenMotion | None = None
 
     @property
@@ -379,9 +368,7 @@ class DirectionCheck:
         if self.away:
             raise BadRequest("bring it back first, then say what was seen")
         if self._half is not None:
-            if what not in HAND:
-                raise BadRequest("only which way the hand turned is asked now")
-            self.note(replace(self._half, hand=HAND[what]))
+            self.note(replace(self._half, hand=HAND.get(what)))
             return
         if not self.shown and what is not SawMotion.NOT_AT_ALL:
             raise BadRequest("turn it first: it has not moved yet")
@@ -403,7 +390,7 @@ class DirectionCheck:
 
     def signs(self) -> Signs:
         """Return the conclusion from all answers so far."""
-        return conclude(self.looks, self._roll)
+        return conclude(self.looks, self.posture.names[-1])
 
 
 def check_of(config: ArmConfig, joints: Joints | None) -> DirectionCheck:

@@ -219,8 +219,6 @@ class CanReader:
             self._ring()
 
     def _failed(self, error: Exception) -> None:
-        if self._watch.ended.is_set():
-            return
         self._watch.count(read_errors=1)
         if gone := gone_words(error):
             self._watch.lose(gone)

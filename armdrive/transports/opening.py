@@ -30,7 +30,6 @@ from armdrive.transports.udp import UdpLink
 if TYPE_CHECKING:
     import can
 
-STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFF_FFFF  # ids of 11 and of 29 bits
 _RATES = frozenset({"bitrate", "btr", "timing"})
 # Interfaces that return each frame to its sender as if another node had sent it (python-can 4.6).
 # A drive's confirmation may be equal to its order, so an order would confirm itself.
@@ -92,9 +91,6 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
             f"{_name(found, {})} names no bit rate, and an slcan adapter has none of its own: "
             f"write {_name(found, {})}?bitrate=500000"
         )
-    # other interfaces would also filter out error frames
-    if interface == "socketcan" and address.ids:
-        settings["can_filters"] = _filters(address.ids)
     try:
         if interface == "slcan":
             from armdrive.transports.can_slcan import Slcan
@@ -122,17 +118,6 @@ def _settings(python_can: ModuleType, address: CanAddress) -> dict[str, Any]:
         raise unknown_interface(address, python_can.VALID_INTERFACES) from None
     except (ValueError, TypeError) as error:
         raise PortUnavailable(f"{address} cannot be used: {error}") from None
-
-
-def _filters(ids: frozenset[int]) -> list[dict[str, int | bool]]:
-    return [
-        {
-            "can_id": each,
-            "can_mask": STANDARD_MASK if each <= STANDARD_MASK else EXTENDED_MASK,
-            "extended": each > STANDARD_MASK,
-        }
-        for each in sorted(ids)
-    ]
 
 
 def _name(address: CanAddress, settings: dict[str, Any]) -> str:

@@ -27,7 +27,6 @@ from armdrive.setup.directions import (
     Signs,
     changes,
     conclude,
-    roll_joint,
     sight,
     trials,
 )
@@ -254,7 +253,6 @@ def test_trials_are_small_and_the_gripper_makes_room_before_the_elbow_pulls_its_
         assert abs(opening_mm) < 4.0
         assert 1.0 < trial.expected.strongest_mm < 12.0
     assert {t.name for t in TRIALS if t.turns_hand} == {"right wrist", "left wrist"}
-    assert roll_joint(MODEL.arm, POSTURE) == "wrist_roll"
 
 
 @every_row(

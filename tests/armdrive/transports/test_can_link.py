@@ -27,7 +27,7 @@ from armdrive.transports import can_link, opening, ports
 from armdrive.transports.address import CanAddress, is_can, scheme
 from armdrive.transports.can_health import BusState, of_error_frame
 from armdrive.transports.can_link import MOST_AWAKE_S, PATIENCE_S, CanLink
-from armdrive.transports.opening import _filters, open_link
+from armdrive.transports.opening import open_link
 from armdrive.transports.ports import (
     PortInfo,
     can_refusal,
@@ -198,23 +198,6 @@ def test_ctrl_c_between_the_bus_and_its_link_shuts_the_bus_down(monkeypatch):
         buses[0].recv(0.0)
 
 
-def test_the_kernel_is_given_the_ids_and_other_interfaces_are_not(monkeypatch):
-    short, long = _filters(frozenset({0x10, 0x12345}))
-    assert short == {"can_id": 0x10, "can_mask": 0x7FF, "extended": False}
-    assert long == {"can_id": 0x12345, "can_mask": 0x1FFFFFFF, "extended": True}
-    seen = {}
-
-    def bus(**settings):
-        seen.update(settings)
-        raise OSError(errno.ENODEV, "no")
-
-    monkeypatch.setattr(can, "Bus", bus)
-    for interface, filtered in (("socketcan", True), ("gs_usb", False)):
-        seen.clear()
-        refused(f"can:{interface}:0?ids=1", "can:")
-        assert ("can_filters" in seen) is filtered
-
-
 # -- Frames ----------------------------------------------------------------------------------------
 
 BUS_OFF = message(0x040, bytes(8), is_error_frame=True)
@@ -270,9 +253,12 @@ def test_errors_of_a_moment_are_survived(patient, failing, monkeypatch):
     link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
     until(lambda: len(bus.sent) == 2)
     assert [each.arbitration_id for each in bus.sent] == [1, 2]
+    bus.coming.append(can.CanOperationError("once more, and no frame comes after it"))
+    until(lambda: link.health.read_errors == 3)
+    until(lambda: not link._watch._since)
     monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", 0.0)
     link.wait(0.2)
-    assert link.read(0.0) == b""  # the frame that came has cleared all that
+    assert link.read(0.0) == b""
 
 
 def breaks(bus: FailingBus, how: str) -> None:
