@@ -107,18 +107,22 @@ class UrdfSettings(Placement):
 
 def read_model(path: str | Path) -> Model:
     """Read a model file. Raises `ArmFileError`, which names the file and the key."""
-    place = Path(path)
+    problems = Problems()
+    return problems.required(_described(Path(path), problems, UrdfSettings()))
+
+
+def _described(place: Path, problems: Problems, settings: UrdfSettings) -> Model | None:
+    """Read a model file, and note each of its problems with its path."""
     if is_urdf(place.name):
-        return _urdf_model(place, UrdfSettings())
-    return parsed_model(read_toml(place, "the model file", ArmFileError), place)
-
-
-def parsed_model(document: Mapping[str, Any], place: Path) -> Model:
-    """Return the model of a file that has been read. Raises as `read_model` does."""
-    try:
-        return parse_model(document, name=place.stem)
-    except ArmFileError as error:
-        raise ArmFileError(f"{place}: {error}") from None
+        return problems.attempt(lambda: _urdf_model(place, settings), None)
+    document = problems.attempt(lambda: read_toml(place, "the model file", ArmFileError), None)
+    if document is None:
+        return None
+    own = Problems()
+    found = own.attempt(lambda: _model(TomlTable(document, "", own), place.stem), None)
+    for sentence in own.found:
+        problems.note(f"{place}: {sentence}")
+    return found
 
 
 def _urdf_model(place: Path, settings: UrdfSettings) -> Model:
@@ -364,7 +368,8 @@ NO_FINGERS = FingerModel((0.0, 1.0), 1.0)
 def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmModel | None:
     """Return the model that an arm file describes together with its model file, if it does."""
     place = folder / table.entries["model"]
-    described = _of_urdf(place, table) if is_urdf(place.name) else _described(place, table.problems)
+    urdf = table.table("urdf").section(UrdfSettings) or UrdfSettings()
+    described = _described(place, table.problems, urdf)
     if described is None:  # every key below is by joint
         return None
     names = described.chain.joint_names
@@ -395,24 +400,6 @@ def model_of(table: TomlTable, folder: Path, gripper: GripperSettings) -> ArmMod
         notes=described.source,
         unused=described.unused,
     )
-
-
-def _of_urdf(place: Path, table: TomlTable) -> Model | None:
-    """Read the URDF that an arm file names, and note what is wrong with it."""
-    settings = table.table("urdf").section(UrdfSettings) or UrdfSettings()
-    return table.problems.attempt(lambda: _urdf_model(place, settings), None)
-
-
-def _described(place: Path, problems: Problems) -> Model | None:
-    """Read the model file of an arm file, and note each of its problems with its path."""
-    document = problems.attempt(lambda: read_toml(place, "the model file", ArmFileError), None)
-    if document is None:
-        return None
-    own = Problems()
-    found = own.attempt(lambda: _model(TomlTable(document, "", own), place.stem), None)
-    for sentence in own.found:
-        problems.note(f"{place}: {sentence}")
-    return found
 
 
 def _check_kinds(chain: Chain) -> None:

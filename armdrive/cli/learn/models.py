@@ -21,7 +21,7 @@ from armdrive.cli.learn.joint_values import (
 )
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig
-from armdrive.config.link_model import Model, parsed_model, read_model
+from armdrive.config.link_model import Model, read_model
 from armdrive.config.sections import is_model_file, is_urdf
 from armdrive.errors import ArmFileError, BadRequest, Refused
 from armdrive.registry.arm_files import arm_of
@@ -69,13 +69,12 @@ def find_subject(word: str) -> Subject:
 
 
 def _model_of_file(path: Path) -> Model:
-    """Return what a model file describes, or the arm of an arm file; the file is read once."""
-    if is_urdf(path.name):
-        return read_model(path)
-    table = read_toml(path, "the model file", ArmFileError)
-    if "model" in table:
-        return _model_of_arm(arm_of(table, path), path)
-    return parsed_model(table, path)
+    """Return what a model file describes, or the arm of an arm file."""
+    if not is_urdf(path.name):
+        table = read_toml(path, "the model file", ArmFileError)
+        if "model" in table:
+            return _model_of_arm(arm_of(table, path), path)
+    return read_model(path)
 
 
 def _model_of_arm(config: ArmConfig, path: Path) -> Model:

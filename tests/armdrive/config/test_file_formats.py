@@ -4,15 +4,14 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from amounts import amount, every_row
+from amounts import every_row
 from cli_calls import write_arm_file
 from faults import OVER_THE_TABLE
 
 from armdrive.config.link_model import read_model
 from armdrive.errors import ArmFileError, PointsFileError
-from armdrive.registry.arm_files import load_arm, parse_arm
+from armdrive.registry.arm_files import load_arm
 from armdrive.setup.filing import new_text
-from armdrive.setup.templates import TEMPLATES
 from armdrive.storage import files as places
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import Point, parse_points
@@ -105,13 +104,7 @@ def test_check_reports_an_unknown_format_alone(call):
     assert ["format" in problems[0], "title" in problems[1]] == [True, True]
 
 
-@every_row("line", KNOWN)
-def test_an_edit_keeps_a_file_as_it_says_its_format(line):
-    text = f'# mine\n{line}model = "teachmover"   # by the window\n'
-    after = amended(text, [Change(("motor_signs", "elbow"), -1, "seen")])
-    assert after.startswith(text)
-    assert parse_arm(tomllib.loads(after), name="a")
-    assert tomllib.loads(after)["motor_signs"] == {"elbow": -1}
+def test_a_file_of_an_unknown_format_is_not_edited():
     with pytest.raises(ArmFileError, match="Update armdrive"):
         amended('format = 2\nmodel = "teachmover"\n', [Change(("motor_signs", "elbow"), -1)])
 
@@ -122,21 +115,12 @@ def first_key(text):
     return next(iter(table))
 
 
-@pytest.mark.parametrize(
-    "template",
-    amount(["teachmover", "printed-six"], [each for each in TEMPLATES if each != "own"]),
-)
-def test_a_new_arm_file_and_its_link_table_state_their_format_first(call, template):
-    call("config", "new", "bench", "--template", template, "--yes", code=0)
-    path = places.arm_files() / "bench.toml"
-    written = [path, *(path.parent / "models").glob("*.toml")]
-    assert [first_key(each.read_text(encoding="utf-8")) for each in written] == (
-        ["format"] * len(written)
-    )
-    assert len(written) == 1 + (template == "printed-six")
+def test_every_text_of_an_arm_states_its_format_first(call):
+    path = write_arm_file("bench", 'model = "teachmover"\n')
+    config = load_arm(path)
     shown = call("config", "show", "bench", "--toml", "--json", code=0).json["toml"]
-    assert first_key(shown) == first_key(texts_of(load_arm(path))[0]) == "format"
-    assert first_key(new_text(load_arm(path))) == "format"
+    for text in (shown, texts_of(config)[0], new_text(config)):
+        assert first_key(text) == "format"
 
 
 @every_row("path", sorted(EXAMPLES.glob("*.toml")))

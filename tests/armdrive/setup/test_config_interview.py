@@ -67,6 +67,9 @@ def loaded(folder, template, answers=()):
 @every_row("template", TEMPLATES)
 def test_every_template_loads_and_every_question_explains_itself(tmp_path, template):
     assert loaded(tmp_path, template).connection.dialect == TEMPLATES[template].dialect
+    made = files(template)
+    texts = [made.arm, made.model] if template == "printed-six" else [made.arm]
+    assert {next(iter(tomllib.loads(text))) for text in texts} == {"format"}
     interview = Interview(Surroundings())
     answers = {"name": "a", "template": template, **OWN.get(template, {})}
     while (question := interview.question) is not None:
