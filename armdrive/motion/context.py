@@ -4,8 +4,8 @@ A motion comes here from execute.py as bursts (`MotionContext.move`) or as a str
 (`MotionContext.stream`). Either way, the same steps follow:
 
     _may_begin    the settings allow motion, the motion mark is on the disk, and no fault is latched
-    pieces        (deviation.py) what is sent for some steps of the joints: one burst, or several if
-                  a motor takes up its backlash first
+    pieces        (deviation.py) what is sent for some steps of the joints. If a motor first has to
+                  take up its backlash, only that is sent, and the caller plans the rest again
     sends         the ledger counts the steps as commanded, before they are sent
     driven        the request and its reply; the loss of the link counts as lost in motion
     the reply     done: the goal is acknowledged. Halted: the registers say where the motors stand;
@@ -222,8 +222,8 @@ class MotionContext:
         self.core.memory.begin_mark()
         if self.now_s > self.looked_s + FRESH_S:
             yield from self.look()
-        marked = yield from leave_standstill(self)
-        if marked and self.now_s > self.looked_s + FRESH_S:
+        yield from leave_standstill(self)
+        if self.now_s > self.looked_s + FRESH_S:
             yield from self.look()
 
     def move(
@@ -233,32 +233,28 @@ class MotionContext:
         there: ArmCoordinates | None,
         released: Callable[[], bool] = never,
     ) -> TaskBody[None]:
-        """Send one burst to an absolute target and wait until it has ended.
+        """Send one burst towards an absolute target and wait until it has ended.
 
-        A burst that has not started moving when `released()` becomes true is dropped.
+        It ends before the target if it only takes up backlash. A burst that has not started moving
+        when `released()` becomes true is dropped.
         """
         core = self.core
         steps = target - core.position.acknowledged
         if not steps.largest:
             core.position.coordinates = there or core.position.coordinates
             return
-        if not (yield from self._may_begin(released)):
+        if not (yield from self._may_begin()):
             return
         core.position.stands()
-        *first, last = pieces(core, steps, rate_hz, core.stops.burst_s, core.controller.duration_s)
-        for piece in first:  # these only take up backlash
-            arrived = yield from self._burst(
-                replace(piece, released=released), core.position.coordinates
-            )
-            if not arrived or self.stopping or released():
-                return
-            if not (yield from self._may_begin(released)):
-                return
-        self.note_deviation(deviation_steps(core, steps, rate_hz))
-        yield from self._burst(replace(last, released=released), there)
+        burst, *rest = pieces(core, steps, rate_hz, core.stops.burst_s, core.controller.duration_s)
+        if rest:  # this one only takes up backlash
+            there = core.position.coordinates
+        else:
+            self.note_deviation(deviation_steps(core, steps, rate_hz))
+        yield from self._burst(replace(burst, released=released), there)
 
-    def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[bool]:
-        """Send one burst and wait for its end; return False if a stop ended it early."""
+    def _burst(self, burst: MoveBy, there: ArmCoordinates | None) -> TaskBody[None]:
+        """Send one burst and wait for its end."""
         core = self.core
         core.position.sends(burst.steps)
         reply = yield from self.driven(burst)
@@ -270,7 +266,7 @@ class MotionContext:
                 (step > 0) * beyond - (step < 0) * beyond for step in burst.steps
             )
             yield from self._ended(reply, way_between(core.position.acknowledged, farthest))
-            return False
+            return
         if isinstance(reply, RequestRejected):
             yield from self._refusal(reply)
         core.position.arrived(there)
@@ -278,7 +274,6 @@ class MotionContext:
         timely = isinstance(reply, Done) and reply.timely
         if not timely or self.now_s > self.looked_s + BLIND_S:
             yield from self.verify(midway=True)
-        return True
 
     def driven(self, request: MoveBy | MoveAlong | HomeDevice) -> TaskBody[Reply]:
         """Send a motion and return the reply; the loss of the link counts as lost in motion."""
@@ -293,21 +288,20 @@ class MotionContext:
         here, _ = self.core.transmission.to_joints(self.core.position.acknowledged)
         self.deviation_mm = max(self.deviation_mm, deviation_mm(self.core.config, here, steps))
 
-    def _may_begin(self, released: Callable[[], bool]) -> TaskBody[bool]:
+    def _may_begin(self) -> TaskBody[bool]:
         """Return whether a motion may be sent now; raises if settings or a fault forbid it.
 
-        False means that the motion was stopped or released while the disk was slow.
+        False means that the motion was stopped while the disk was slow.
         """
-        core = self.core
-        core.require_settings()
-        marked = yield from leave_standstill(self, released)
+        self.core.require_settings()
+        marked = yield from leave_standstill(self)
         self.require_no_fault()  # the device may have raised an alarm since the last burst
         return marked
 
     def stream(self, request: MoveAlong, course: StreamedCourse) -> TaskBody[bool]:
         """Stream segments to a device; return whether all were driven, or False if halted."""
         core = self.core
-        if not (yield from self._may_begin(request.released)):
+        if not (yield from self._may_begin()):
             return False
         core.position.stands()
         reply = yield from self.driven(request)
@@ -404,18 +398,16 @@ POLL_GROWTH = 1.5
 LONGEST_S = 5.0  # a reference is valid without its record, so do not wait longer for a slow disk
 
 
-def leave_standstill(
-    context: MotionContext, released: Callable[[], bool] = never
-) -> TaskBody[bool]:
+def leave_standstill(context: MotionContext) -> TaskBody[bool]:
     """Wait until the motion mark is on the disk; raises `StateFileError` if it cannot be written.
 
-    Return False if a stop was requested or `released()` became true: nothing may move then.
+    Return False if a stop was requested: nothing may move then.
     """
     memory = context.core.memory
     memory.begin_mark()
     pauses_s = _pauses_s()
     while not memory.mark_stands():
-        if context.stopping or released():
+        if context.stopping:
             return False
         yield SleepUntil(context.now_s + next(pauses_s))
     return True

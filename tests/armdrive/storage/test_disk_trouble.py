@@ -104,9 +104,18 @@ def test_no_motion_begins_before_its_mark_is_on_the_disk_and_then_it_does(bench)
     assert bench.recorder.load().in_motion
 
 
-def test_a_stop_does_not_wait_for_the_disk(bench):
+@pytest.mark.parametrize("resumed", [False, True])
+def test_a_stop_does_not_wait_for_the_disk_and_lets_nothing_begin(bench, resumed):
     bench.disk.hold()
+    if resumed:  # a pause has taken the mark away
+        bench.disk.free.set()
+        bench.arm.pause()
     handle = bench.arm.move_j(base_deg=5.0, wait=False)
+    if resumed:
+        bench.let_time_pass(1.0)
+        assert not bench.recorder.load().in_motion
+        bench.disk.hold()
+        bench.arm.resume()
     assert bench.disk.is_waited_for()
     bench.arm.stop()
     assert not bench.disk.free.is_set()
