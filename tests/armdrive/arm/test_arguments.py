@@ -398,6 +398,10 @@ FAR = Pose.of(x_mm=1000, y_mm=0, z_mm=100, pitch_deg=0)
             r"^move must be a move, not Pose.*for example LineMove\(",
         ),
         (lambda arm: arm.move_path([]), "at least one part"),
+        (lambda arm: arm.move_to(HOME, frame="tool"), "the same in every frame"),
+        (lambda arm: arm.run(PoseMove("pick", frame="tool")), "the same in every frame"),
+        (lambda arm: arm.gripper.grasp(force_n=36.0), "0 to 35 N, not 36"),
+        (lambda arm: arm.gripper.grasp(force_n=-1.0), "0 to 35 N, not -1"),
         (lambda arm: arm.move_path("abc"), "^parts must be a list of parts"),
         (
             lambda arm: arm.move_path([JointPart(Joints((1.0,), ("turret",)))]),

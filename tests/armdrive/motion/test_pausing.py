@@ -184,29 +184,20 @@ def test_an_override_makes_a_motion_last_as_much_longer_and_end_on_the_same_step
     assert ends == [ends[0]] * 3
 
 
+@pytest.mark.parametrize("after_s", [0.0, 0.3])
 @two_kinds
-def test_a_slowed_motion_has_its_timeout_at_full_speed(dialect):
+def test_a_slowed_motion_has_its_timeout_at_full_speed(dialect, after_s):
     arm = standing(dialect)
-    arm.speed_override = 0.1
-    handle, began_s = arm.move_j(base_deg=10.0, wait=False), arm.status.time_s
-    handle._timeout_s = 2.0
+    handle, began_s = arm.move_j(base_deg=40.0 if after_s else 10.0, wait=False), arm.status.time_s
+    handle._timeout_s = 2.0 + 3 * after_s
+    device = arm.twin.device
+    device.at(device.now_s + after_s, lambda: setattr(arm, "speed_override", 0.1))
     handle.wait()
     assert arm.status.time_s - began_s > 4.0
     handle = arm.move_j(base_deg=-80.0, wait=False)
     handle._timeout_s = 0.5
     with pytest.raises(NoAnswer, match="had not ended"):
         handle.wait()
-
-
-@two_kinds
-def test_a_motion_that_is_slowed_under_way_is_given_its_time(dialect):
-    arm = standing(dialect)
-    handle, began_s = arm.move_j(base_deg=40.0, wait=False), arm.status.time_s
-    handle._timeout_s = 3.0
-    device = arm.twin.device
-    device.at(device.now_s + 0.3, lambda: setattr(arm, "speed_override", 0.1))
-    handle.wait()
-    assert arm.status.time_s - began_s > 4.0
 
 
 @two_kinds

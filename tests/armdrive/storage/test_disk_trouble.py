@@ -302,6 +302,8 @@ def test_a_full_disk_keeps_no_motor_on_and_leaves_nothing_to_believe():
     life = recorded_life()
     arm = life.connect(allow_restored=True)
     life.disk.room = 0
+    arm.reference.declare(arm.joints)
+    assert "No space" in arm.status.notice
     arm.disable()
     assert arm.status.current is Current.OFF
     assert life.disk.after_kill(PATH) is None

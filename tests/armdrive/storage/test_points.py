@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from pages import page_path
 
 from armdrive.errors import (
-    ArmError,
     BadRequest,
     NotReferenced,
     OutOfBounds,
@@ -379,19 +378,6 @@ def test_an_unknown_position_cannot_be_taught():
     with pytest.raises(NotReferenced):
         arm.points.teach("pick")
     assert not arm.points.path.exists()
-
-
-def test_an_invalid_goal_is_refused_by_name(arm):
-    arm.points.teach("pick")
-    with pytest.raises(UnknownPoint):
-        arm.move_to("nowhere")
-    with pytest.raises(BadRequest, match="every frame"):
-        arm.move_to("pick", frame="tool")
-    for call in (arm.move_to, arm.move_l, arm.move_j):
-        with pytest.raises(BadRequest, match="a goal for this arm needs"):
-            call(Joints((0.0,), ("lift",)))
-    with pytest.raises(ArmError, match="no joint is named 'lift_deg'"):
-        arm.move_j(arm.joints, lift_deg=3)
 
 
 def test_every_arm_has_a_file_of_its_own_for_its_own_joints(tmp_path, arm):

@@ -183,15 +183,6 @@ def test_a_record_that_cannot_be_written_leaves_no_position_that_is_doubted_now(
     assert not path.exists()
 
 
-def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):
-    arm = referenced(bench)
-    assert bench.recorder.load().in_motion
-    arm.sleep(2.5)
-    assert not bench.recorder.load().in_motion
-    bench.twin.device.transmit(arm.status.time_s)
-    assert bench.connect().status.trust is Trust.RESTORED
-
-
 def jogged(device):
     device.jog((0, 25, 0, 0, 0, 0))
 
@@ -221,8 +212,6 @@ def test_an_arm_that_was_touched_between_programs_is_suspect(bench, meanwhile):
         ({"arm": "the other one"}, "it belongs to the arm the other one"),
         ({"offset": [0], "registers": [0]}, "different number of motors"),
         ({"trust": "certain"}, "damaged"),
-        ({"format": 99}, "a newer armdrive wrote it"),
-        ({"format": 1}, "an older armdrive wrote it"),
     ],
 )
 def test_a_record_that_does_not_fit_is_refused_with_the_reason(bench, changes, words):
@@ -261,30 +250,6 @@ def test_a_connection_that_fails_or_does_nothing_leaves_the_record_alone(bench):
             bench.config, twin=replace(broken, link=link), record_store=bench.recorder
         )
     assert bench.path.read_text() == kept
-
-
-def test_an_arm_whose_position_cannot_be_remembered_does_not_move(bench):
-    class Full:
-        def load(self):
-            return None
-
-        def remove(self):
-            raise OSError(5, "Input/output error")
-
-        def save(self, record: Record, wanted) -> None:
-            raise OSError(28, "No space left on device")
-
-    bench.recorder = Full()
-    arm = bench.connect()
-    arm.reference.declare(OVER_THE_TABLE, opening_mm=20.0)
-    assert "No space" in arm.status.notice
-    before = bench.twin.world.motors
-    with pytest.raises(StateFileError, match="No space"):
-        arm.move_j(base_deg=5)
-    arm.sleep(5.0)
-    arm.close()
-    assert bench.twin.world.motors == before
-    assert arm.status.state is State.DISCONNECTED
 
 
 def test_a_cable_pulled_in_mid_motion_leaves_a_suspect_record(bench):
@@ -449,13 +414,6 @@ class TestTheFile:
     @pytest.fixture
     def recorder(self, tmp_path):
         return RecordFile(tmp_path / "state" / "lab.json")
-
-    def test_nothing_is_there_until_something_is_kept(self, recorder):
-        assert recorder.load() is None
-        recorder.save(RECORD)
-        assert recorder.load() == RECORD
-        recorder.remove()
-        assert recorder.load() is None
 
     def test_a_huge_file_is_refused_unread(self, recorder):
         recorder.path.parent.mkdir()

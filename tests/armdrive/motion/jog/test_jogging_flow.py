@@ -24,19 +24,6 @@ def test_a_jog_that_is_refused_in_a_motion_is_refused_no_longer_than_the_motion_
     assert arm.status.notice == ""
 
 
-def test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst():
-    arm = ready_arm()
-    for _ in range(12):
-        arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.25)
-        arm.sleep(0.1)
-    arm.jogging.hold(Jog.joint(base=-1.0), speed=1.0, for_s=1.0)  # longer than the bound by far
-    assert arm.status.state is State.MOVING
-    bound_s = arm.status.stop_time_s
-    arm.jogging.release()
-    assert stands_after_s(arm) <= bound_s + 0.006
-    assert arm.joints.deg["base"] < -10.0
-
-
 def test_a_hold_renewed_while_the_jog_is_ending_takes_it_up_again():
     arm = ready_arm()
     arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.1)
@@ -241,13 +228,21 @@ def test_a_tap_that_waits_is_made_only_with_the_limits_it_was_given(dialect, los
     assert ("no limit would stop it" in arm.status.notice) is not lost_first
 
 
-def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
-    arm = sim_arm()
-    with pytest.raises(NotReferenced, match="joint by joint"):
-        arm.jog_l(x_mm=1)
-    arm.jogging.hold(Jog.cartesian(x=1.0), speed=0.5, for_s=0.5)
+@pytest.mark.parametrize(
+    ("make", "frame", "error", "words"),
+    [
+        (sim_arm, "base", NotReferenced, "joint by joint"),
+        (ready_arm, "bench", BadRequest, "no frame is called 'bench'; known are base, tool"),
+    ],
+    ids=["unknown posture", "unknown frame"],
+)
+def test_a_jog_of_the_tip_is_refused_in_a_sentence(make, frame, error, words):
+    arm = make()
+    with pytest.raises(error, match=words):
+        arm.jog_l(frame=frame, x=1.0, duration_s=1.0)
+    arm.jogging.hold(Jog.cartesian(frame=frame, x=1.0), speed=0.5, for_s=0.5)
     arm.sleep(1.0)
-    assert "joint by joint" in arm.status.notice
+    assert words in arm.status.notice
     assert not arm.twin.link.named(b"@STEP")
 
 
@@ -334,34 +329,16 @@ def arm(request):
         yield made
 
 
-def test_letting_go_ends_an_increment_that_became_a_hold(arm):
-    arm.jogging.nudge(Jog.joint(base=STEP), speed=0.1)
-    wait_for_motion(arm)
-    for _ in range(5):
-        arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.25)
-        arm.sleep(0.1)
-    bound_s = arm.status.stop_time_s
-    before = arm.twin.world.joints.deg["base"]
-    arm.jogging.release()
-    assert stands_after_s(arm) <= bound_s + LOOK_S
-    assert arm.twin.world.joints.deg["base"] - before < STEP / 4
-    assert arm.status.state is State.STANDBY
-
-
-def test_a_hold_that_expires_ends_the_increment_as_well(arm):
-    arm.jogging.nudge(Jog.joint(base=STEP), speed=0.1)
-    wait_for_motion(arm)
-    bound_s = arm.status.stop_time_s
-    arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
-    assert stands_after_s(arm) <= 0.2 + bound_s + LOOK_S
-
-
+@pytest.mark.parametrize("at_once", [False, True])
 @pytest.mark.parametrize("lets_go", [False, True])
-def test_letting_go_ends_an_increment_that_became_a_hold_before_it_began(arm, lets_go):
-    """A desk that was kept waiting hands over a press and its repeats at once."""
-    before, began_s = arm.twin.world.joints.deg["base"], arm.status.time_s
+def test_an_increment_that_became_a_hold_ends_with_it(arm, lets_go, at_once):
+    """A desk that was kept waiting hands over a press and its repeats `at_once`."""
+    before = arm.twin.world.joints.deg["base"]
     arm.jogging.nudge(Jog.joint(base=STEP), speed=0.1)
-    arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=0.2)
+    if not at_once:
+        wait_for_motion(arm)
+    began_s = arm.status.time_s
+    arm.jogging.hold(Jog.joint(base=1.0), speed=0.1, for_s=1.0 if lets_go else 0.2)
     if lets_go:
         wait_for_motion(arm)
         arm.jogging.release()
@@ -373,16 +350,6 @@ def test_letting_go_ends_an_increment_that_became_a_hold_before_it_began(arm, le
 
 
 # -- Bounds ----------------------------------------------------------------------------------------
-
-
-def test_an_unknown_frame_is_refused_with_those_that_are_known():
-    arm = ready_arm()
-    with pytest.raises(BadRequest, match="known are base, tool"):
-        arm.jog_l(frame="bench", x=1.0, duration_s=1.0)
-    arm.jogging.hold(Jog.cartesian(frame="bench", x=1.0), speed=0.5, for_s=0.5)
-    arm.sleep(0.5)
-    assert "bench" in arm.status.notice
-    assert not arm.twin.link.named(b"@STEP")
 
 
 def test_an_increment_that_is_too_long_ends_at_the_bound_and_says_why():
