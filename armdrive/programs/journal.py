@@ -110,14 +110,8 @@ class Journal:
             ) from None
 
     def finish(self) -> None:
-        """Forget the program, which has ended well."""
-        try:
-            remove_durably(DISK, self.path)
-        except OSError as error:
-            raise StateFileError(
-                f"the program has ended, but {self.path} cannot be removed ({reason_of(error)}): "
-                "remove it, or the program could be resumed once more"
-            ) from None
+        """Forget the program, which has ended well. Raises `OSError`."""
+        remove_durably(DISK, self.path)
 
 
 def journal_file(arm: str) -> Path:

@@ -1,7 +1,8 @@
 """Scripted programs for tests of the program runner, and a pick-and-place program."""
 
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from types import SimpleNamespace
 from typing import Any
 
 from program_acts import fingers, go, grasp, ready
@@ -10,7 +11,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config, state_file
 from armdrive.programs.acts import RunStage
-from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
+from armdrive.programs.journal import Journal, resumed_plan
 from armdrive.programs.problems import SourceMark
 from armdrive.programs.running import Performer, ProgramRun, RunPlan
 from armdrive.registry import simulate
@@ -140,6 +141,9 @@ def performer(arm, person=None):
 # -- programs that are killed and resumed ---------------------------------------------------------
 
 
+RESUME = "armdrive run t.arm --resume"
+
+
 class Killed(BaseException):
     """The program was killed: it neither stops the arm nor closes anything."""
 
@@ -181,19 +185,18 @@ def restarted(arm):
     return recorded(arm.config, simulate(arm.config, arm.twin.save()))
 
 
-def begin(arm, source, path, *onlookers, resume=False, sha256="0" * 64):
-    """Run a program with its journal, or resume it; return its last machine and its acts."""
-    first, outputs = None, 0
+def begin(arm, source, path, *onlookers, resume=False, sha256="0" * 64, loops=1):
+    """Run a program with its journal, or resume it; return its first machine and its acts."""
+    plan = RunPlan(source.machine, loops=loops)
     if resume:
-        entry = interrupted(arm.config.name)
-        require_same_program(entry, sha256, str(path))
-        first, outputs = source.restored(entry.snapshot), entry.outputs
-        require_place(arm, entry, first.next().act, "armdrive run t.arm --resume")
-    performer = Performer(arm, Listener(), outputs=outputs)
-    journal = Journal(arm, performer, path, sha256, 1)
-    plan = RunPlan(source.machine, machine=first and (lambda: first))
+        program = SimpleNamespace(digest=sha256)
+        saved = SimpleNamespace(config=arm.config, program=program, restored=source.restored)
+        plan = resumed_plan(plan, saved, path, arm, how=RESUME, move="armdrive move")
+    first, performer = plan.first(), Performer(arm, Listener(), outputs=plan.outputs)
+    journal = Journal(arm, performer, path.resolve(), sha256, plan.loops)
     before = [journal.begins, *(each.begins for each in onlookers)]
-    run = ProgramRun(plan, performer, before=before, after=[each.ended for each in onlookers])
+    after = [each.ended for each in onlookers]
+    run = ProgramRun(replace(plan, machine=lambda: first), performer, before=before, after=after)
     run.carry_out()
     journal.finish()
     return first, run.done

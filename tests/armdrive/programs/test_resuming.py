@@ -21,14 +21,15 @@ from running_bench import (
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.moves import GripperMove, MoveSequence
+from armdrive.programs.acts import Home, Outputs
 from armdrive.programs.journal import (
     interrupted,
     journal_file,
-    require_place,
     require_same_program,
 )
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.registry import DIALECTS, simulate
+from armdrive.status import Trust
 
 ACTS = range(1, len(PICK_AND_PLACE) + 1)
 
@@ -180,10 +181,29 @@ def test_resuming_a_sequence_does_only_the_remaining_steps(arm, path):
     device.at(device.now_s + 0.8 * takes_s, arm.request_stop)
     with pytest.raises(Stopped):
         begin(arm, script, path)
-    entry = interrupted(arm.config.name)
-    left = require_place(arm, entry, act, "armdrive run t.arm --resume")
-    assert entry.move.moves[0] == GripperMove(60.0)
-    assert left == MoveSequence(entry.move.moves[1:])
+    opened, way = interrupted(arm.config.name).move.moves
+    assert opened == GripperMove(60.0)
+    left = []
+    begin(arm, script, path, At(1, lambda step: left.append(step.move)), resume=True)
+    assert left == [MoveSequence((way,))]
+
+
+def test_a_program_resumes_in_its_loop_and_with_the_outputs_that_it_had_set(arm, path):
+    script = Script((Outputs(on=(1,)), Outputs(on=(2,))))
+    with pytest.raises(Killed):
+        begin(arm, script, path, At(4), loops=2)
+    again = restarted(arm)
+    assert begin(again, script, path, resume=True)[1] == 1
+    assert again.status.outputs == 3
+
+
+def test_a_program_that_was_interrupted_while_it_homed_homes(path):
+    arm = recorded(simulated_config("teachmover"), simulate(simulated_config("teachmover")))
+    script = Script((Home(), PICK_AND_PLACE[-1]))
+    with pytest.raises(Killed):
+        begin(arm, script, path, At(1))
+    assert begin(arm, script, path, resume=True)[1] == 2
+    assert arm.status.trust is Trust.REFERENCED
 
 
 # -- on every controller --------------------------------------------------------------------------
