@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from armdrive.dialects.bus.homing import end_earlier_motion
 from armdrive.dialects.cia402.drives import FAULTS, HOLDING, Cia402Drive, Trouble
@@ -151,16 +150,14 @@ def _find(io: Cia402Exchange, *places: Place) -> Script[list[ReadObjects]]:
     jobs = dict.fromkeys(io.drives, places)
     results = yield from io.transfers.transfer(jobs)
     mute = [result.drive for result in results if result.mute]
-    if 0 < len(mute) < len(results):
+    if 0 < len(mute) < len(results):  # if all are silent, that is told without another wait
         io.send_nmt(NmtCommand.PRE_OPERATIONAL, mute)
         results = yield from io.transfers.transfer(jobs)
         mute = [result.drive for result in results if result.mute]
-    if not mute:
-        return results
-    reply = io.absence(mute)
-    if isinstance(reply, RequestRejected) and io.transfers.shared:  # it may be one of the two
-        reply = replace(reply, reason=f"{reply.reason}. And {io.shared_words}")
-    raise Obstructed(reply)
+    if mute:
+        absence = io.absence(mute)
+        raise Obstructed(io.shared_words or absence)  # the missing one may be one of the two
+    return results
 
 
 def _require_drive(result: ReadObjects) -> None:
@@ -269,18 +266,18 @@ def _set_up(io: Cia402Exchange) -> Script[None]:
         for place, words in result.refused.items():
             if place.index >= _PROFILE_OBJECTS and not io.configured:
                 io.warn(words)
-    yield from _verify(io, safety(watches=io.watches), "with which it would stop and hold")
+    yield from _verify(io, safety(watches=io.watches))
 
 
-def _verify(io: Cia402Exchange, writes: tuple[Write, ...], why: str) -> Script[None]:
+def _verify(io: Cia402Exchange, writes: tuple[Write, ...]) -> Script[None]:
     """Read back objects on which safety depends. Raises `Obstructed`."""
     places = tuple(write.place for write in writes)
     for result in (yield from io.obtain(dict.fromkeys(io.drives, places))):
         for write in writes:
             if result.values.get(write.place) != write.value:
                 raise Obstructed(
-                    f"{result.drive} does not keep {write.value} in object {write.place}, {why} "
-                    "when this program dies"
+                    f"{result.drive} does not keep {write.value} in object {write.place}, without "
+                    "which it would not stop and hold when this program dies"
                 )
 
 
@@ -403,5 +400,5 @@ def _watch(io: Cia402Exchange, *, on: bool) -> Script[None]:
         return
     write = heartbeat_watch(io.settings, on=on)
     io.last_command = "SDO 1016"
-    yield from io.put(dict.fromkeys(io.drives, (write,)), _remedy)
-    yield from _verify(io, (write,), "without which it would not stop")
+    yield from io.put(dict.fromkeys(io.drives, (write,)))
+    yield from _verify(io, (write,))

@@ -28,7 +28,7 @@ from armdrive.dialects.cia402.contact import (
     reset,
     shutdown_frames,
 )
-from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive, Trouble
+from armdrive.dialects.cia402.drives import FAULTS, Cia402Drive
 from armdrive.dialects.cia402.exchange import Cia402Exchange
 from armdrive.dialects.cia402.homing import home, read_speeds
 from armdrive.dialects.cia402.measuring import measure_units
@@ -122,15 +122,17 @@ def _attempt(io: Cia402Exchange, config: ArmConfig, request: Request) -> Script[
 def _require_unbroken(io: Cia402Exchange, request: Request) -> None:
     """Raise `Obstructed` if a motion goes on with this request although a drive left it.
 
-    Drives that missed a heartbeat may have stopped between two bursts of a motion, or between
-    two groups that home. So only a request that moves nothing takes them back: at rest, the
-    next reading of the positions, but none midway through a motion.
+    Drives that missed a heartbeat, or that another master took out of operation, may have stopped
+    between two bursts of a motion, or between two groups that home. So only a request that moves
+    nothing takes them back: at rest, the next reading of the positions, but none midway through a
+    motion.
     """
     moves = isinstance(request, MoveBy | MoveAlong | HomeDevice)
     goes_on = moves or (isinstance(request, ReadPosition) and request.midway)
     for drive in io.drives:
-        if goes_on and io.on and drive.dropped_out:
-            alert = Trouble.STOPPED.alert(drive)
+        trouble = None if drive.operates else drive.trouble(on=True, moving=True)
+        if goes_on and io.on and trouble is not None:
+            alert = trouble.alert(drive)
             io.alarm(alert, drive)
             raise Obstructed(alert.text)
 

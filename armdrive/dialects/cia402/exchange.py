@@ -22,7 +22,7 @@ from armdrive.tasks import (
     Timeout,
 )
 from firmware_protocol import canopen
-from firmware_protocol.canopen import Controlword, HostEvent, OperationMode, Place
+from firmware_protocol.canopen import Controlword, HostEvent, OperationMode
 from firmware_protocol.frames import pack
 from kinematics.spaces import Motors
 
@@ -150,15 +150,18 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     def alarm(self, alert: Alert, drive: Cia402Drive) -> None:
         """Send an alert about a drive."""
         drive.alerted = True
+        if not drive.operates:
+            self.contacted = False  # the next request starts it again
         if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
             self.on = False
         self.notify(alert)
 
     def report_troubles(self) -> None:
         """Report what is wrong with each drive at rest, once."""
+        contacted = self.contacted
         for drive in self.drives:
             trouble = drive.trouble(on=self.on, moving=False)
-            known = self.configured and (self.contacted or trouble is not Trouble.ORDERED)
+            known = self.configured and (contacted or trouble is not Trouble.ORDERED)
             if trouble is not None and known and not drive.alerted:
                 self.alarm(trouble.alert(drive), drive)
 
@@ -222,11 +225,11 @@ class Cia402Exchange(ScriptIO[HostEvent]):
             raise Obstructed(self.absence(mute))
         return results
 
-    def put(self, jobs: Jobs, hint: Callable[[Place], str] = lambda _place: "") -> Script[None]:
-        """Like `obtain`. Raises `Obstructed` also if a drive refuses a job; hints at why."""
+    def put(self, jobs: Jobs) -> Script[None]:
+        """Like `obtain`. Raises `Obstructed` also if a drive refuses a job."""
         for result in (yield from self.obtain(jobs)):
-            for place, words in result.refused.items():
-                raise Obstructed(words + hint(place))
+            for words in result.refused.values():
+                raise Obstructed(words)
 
     def explain(self, drive: Cia402Drive) -> Script[None]:
         """Ask a drive for its error, unless it has reported one."""

@@ -20,7 +20,16 @@ from armdrive.dialects.cia402.states import ENABLE, hold, stands_for_s, stop
 from armdrive.dialects.cia402.transfers import Script
 from armdrive.dialects.controller import FRESH_POSITION_S, MOTORS_OFF
 from armdrive.dialects.exchange import Obstructed
-from armdrive.tasks import Done, Halted, MoveAlong, Reply, RequestRejected, Timeout, never
+from armdrive.tasks import (
+    Alert,
+    Done,
+    Halted,
+    MoveAlong,
+    Reply,
+    RequestRejected,
+    Timeout,
+    never,
+)
 from firmware_protocol import canopen
 from firmware_protocol.canopen import OperationMode, SetPointPhase
 from kinematics.spaces import Motors
@@ -37,10 +46,16 @@ PROGRESS_S = 0.05
 
 
 class Blamed(NamedTuple):
-    """A drive, and what is wrong with it."""
+    """A drive, what is wrong with it, and the alert about that."""
 
     trouble: Trouble
     drive: Cia402Drive
+    alert: Alert
+
+
+def blame(trouble: Trouble, drive: Cia402Drive) -> Blamed:
+    """Blame a drive, with where it is now."""
+    return Blamed(trouble, drive, trouble.alert(drive))
 
 
 # How a motion ended: as it should, stopped, with a drive in trouble, or with missing drives.
@@ -78,17 +93,15 @@ def lead(
     if isinstance(outcome, Done):
         io.progress()
         return outcome
-    alert = outcome.trouble.alert(outcome.drive) if isinstance(outcome, Blamed) else None
     unstopped = yield from _stand(io)
     restarted = [drive for drive in io.drives if drive.booted]
     if restarted and isinstance(outcome, Timeout | RequestRejected):  # that is why it was silent
-        outcome = Blamed(Trouble.RESTARTED, restarted[0])
+        outcome = blame(Trouble.RESTARTED, restarted[0])
     if not isinstance(outcome, Blamed):
         return _joined(outcome, unstopped)
-    trouble, drive = outcome
+    trouble, drive, alert = outcome
     if trouble in (Trouble.IN_FAULT, Trouble.STOPPED):  # its error explains that
         yield from io.explain(drive)
-    if trouble not in (Trouble.OTHER_MODE, Trouble.OFF_TARGET) or alert is None:
         alert = trouble.alert(drive)
     io.alarm(alert, drive)
     return _joined(RequestRejected(alert.text), unstopped)
@@ -123,11 +136,11 @@ def _cycles(
             break
         for drive in io.drives:
             if (trouble := drive.trouble(on=True, moving=True)) is not None:
-                return Blamed(trouble, drive)
+                return blame(trouble, drive)
             if mode is not None and drive.mode != mode:
-                return Blamed(Trouble.OTHER_MODE, drive)
+                return blame(Trouble.OTHER_MODE, drive)
             if mode is not None and drive.stuck_s >= SETTLE_S:
-                return Blamed(Trouble.OFF_TARGET, drive)
+                return blame(Trouble.OFF_TARGET, drive)
         if released() and any(stands_short(io, drive) for drive in io.drives):
             break
         if (outcome := ended()) is not None:
@@ -161,8 +174,6 @@ def _stand(io: Cia402Exchange) -> Script[Timeout | RequestRejected | None]:
     for drive in io.drives:
         drive.order(drive.count)
     io.progress()
-    if not all(drive.operates for drive in io.drives):
-        io.contacted = False  # the next request sets them up again
     mute = [drive for drive in left if drive.missed > LOST_CYCLES]
     if mute:
         return midway(io.absence(mute))
@@ -347,7 +358,7 @@ def drive_parts(
         for place, words in result.refused.items():
             if place != canopen.PROFILE_DECELERATION or not result.lacks(place):
                 raise Obstructed(words)
-    if io.stop_asked or released():
+    if released():
         return Halted()
     for drive, part in parts.items():
         drive.offer(part.goal)
@@ -357,7 +368,7 @@ def drive_parts(
         begun = any(drive.handshake.taken for drive in parts)
         ready = all(drive.handshake.phase is not SetPointPhase.WAITING for drive in parts)
         for drive in io.drives:
-            word = drive.handshake.controlword if drive in parts and (ready or begun) else ENABLE
+            word = drive.handshake.controlword if ready or begun else ENABLE
             io.command(drive, word, PROFILE, drive.goal)
         io.last_command = io.targets_words
 
@@ -365,6 +376,6 @@ def drive_parts(
         left = [drive for drive in parts if drive.near < REST_CYCLES or not drive.handshake.taken]
         if not left:
             return Done()
-        return Blamed(Trouble.OFF_TARGET, left[0]) if io.listened.s > ends_s else watch()
+        return blame(Trouble.OFF_TARGET, left[0]) if io.listened.s > ends_s else watch()
 
     return (yield from lead(io, mode, send, ended, released))

@@ -101,7 +101,7 @@ def both(name: str, spoil, code: str, words: str) -> dict[str, Row]:
 
 OLD = "1.0.4"
 """Firmware that tells nothing of how it is set up: it is found out by an order."""
-TWO_IDS = "And more than one drive answers to the (id|node number) 2: .*give each"
+TWO_IDS = "more than one drive answers to the {} 2: .*give each"
 NOTHING = r"no answer to `(READ ENCODER|SDO 1000)`.*" + BUS
 ROWS: dict[str, Row] = {
     **both("nobody acknowledges", given("alone"), SILENT, NOTHING),
@@ -111,8 +111,10 @@ ROWS: dict[str, Row] = {
     **both("a drive is missing", given("drive-dead 3"), NO, PLUG),
     "mks: a drive says nothing": Row("mks", given("drive-mute 3"), NO, PLUG),
     **both("a drive has another id", given("drive-id 3 33"), NO, PLUG),
-    **both("two drives have one id, so that one is missing", given("drive-id 3 2"), NO,
-           f"{PLUG}.*{TWO_IDS}"),
+    "mks: two drives have one id, so that one is missing": Row(
+        "mks", given("drive-id 3 2"), NO, f"{PLUG}.*And {TWO_IDS.format('id')}"),
+    "cia402: two drives have one id, so that one is missing": Row(
+        "cia402", given("drive-id 3 2"), NO, f"^(device fault: )?{TWO_IDS.format('node number')}"),
     "mks: all drives have another bit rate": Row(
         "mks", flashed(mks.SetBitrate(mks.Bitrate.K250), drives=range(6)), SILENT, NOTHING),
     "mks: a drive has another bit rate": Row(

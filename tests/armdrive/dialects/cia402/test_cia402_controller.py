@@ -11,6 +11,7 @@ from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.drives import Cia402Drive, Trouble
+from armdrive.dialects.controller import MOTORS_OFF
 from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
 from armdrive.status import State
@@ -20,6 +21,8 @@ from armdrive.tasks import (
     Done,
     DropCurrent,
     Halted,
+    HomeDevice,
+    MeasureUnits,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -96,6 +99,8 @@ def test_a_drive_that_does_not_keep_how_it_stops_refuses_contact(monkeypatch):
 @pytest.mark.parametrize("missing", ["6007", "1016"])
 def test_drives_that_would_not_stop_without_this_program_move_in_bursts(missing):
     rig = Rig(missing=missing)
+    for node in rig.device.board.nodes:  # another program had them watch its heartbeat
+        node.objects.keep(canopen.CONSUMER_HEARTBEAT, 127 << 16 | 200)
     before, cyclic = rig.positions, rig.controller.stopping(0.3)
     rig.ready()
     assert f"has no object {missing[:4]}" in str(rig.heard)
@@ -142,6 +147,14 @@ def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
     assert rig.positions == before
     for node in rig.device.board.nodes:
         assert node.objects.number_of(canopen.CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
+
+
+def test_while_the_motors_are_off_nothing_moves_or_switches_them_on():
+    rig = Rig()
+    rig.do(ReadPosition())
+    for request in (MOVE, MoveAlong(iter([MOVE]), 0.3), HomeDevice(), MeasureUnits(0, 500)):
+        assert rig.do(request) == RequestRejected(MOTORS_OFF, moved=False)
+    assert rig.states() == {canopen.DriveState.DISABLED}
 
 
 STAYS_OPERATIONAL = "1029:01=1"
@@ -410,6 +423,22 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     assert isinstance(rig.do(ReadPosition()), Registers)
 
 
+def test_a_drive_that_restarted_unheard_is_reported_when_it_is_taken_back():
+    rig = Rig().ready()
+    rig.dead = True
+    rig.run(1.0)  # all drives miss the heartbeat
+    rig.dead = False
+    rig.run(0.2)
+    rig.node(3).port.mute = True
+    rig.device.board.switch_drive(2, on=False)
+    rig.device.board.switch_drive(2, on=True)
+    rig.run(1.0)
+    rig.node(3).port.mute = False
+    assert isinstance(rig.do(ReadPosition()), Registers)
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.RESTARTED]
+    assert rig.do(MOVE) == RequestRejected(MOTORS_OFF, moved=False)
+
+
 @pytest.mark.parametrize("before_s", [0.0, 0.02])
 def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_alert(before_s):
     rig = Rig().ready()
@@ -419,6 +448,20 @@ def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_aler
     rig.run(0.5)
     assert isinstance(rig.do(ReadPosition()), Registers)
     assert not rig.alerts()
+
+
+def test_a_drive_that_another_master_stops_at_rest_moves_nothing_until_it_is_reset():
+    rig = Rig().ready()
+    before = rig.positions
+    ordered(rig, NmtCommand.PRE_OPERATIONAL)()
+    rig.run(0.12)
+    reply = rig.do(MOVE)
+    assert re.search(ORDERED[1], reply.reason)
+    assert not reply.moved
+    assert rig.positions == before
+    assert {alert.kind for alert in rig.alerts()} == {AlertKind.ALARM}
+    assert rig.do(ClearFault()) == Done()
+    assert rig.do(MOVE) == Done()
 
 
 # -- what goes wrong ------------------------------------------------------------------------------

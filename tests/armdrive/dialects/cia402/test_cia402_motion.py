@@ -192,6 +192,8 @@ def test_a_stop_is_a_quick_stop_that_keeps_the_current_and_the_drives_obey_again
     rig = moving(steps(20_000, -10_000), 0.4, {"strategy": strategy})
     rig.stop(hard=hard)
     asked_s, there, reply = rig.now_s, rig.positions[0], None
+    rig.run(0.001)
+    assert rig.words(1)[-1] == 0x0002
     moved_s, place = rig.now_s, there
     while reply is None:
         rig.run(0.002)
@@ -286,6 +288,35 @@ def test_bursts_by_profile_position_begin_and_arrive_together_in_the_announced_t
     assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
     assert (rig.positions - before)[:2] == (6000, -3000)
     assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
+
+
+BEYOND = re.escape("drive 1 (base) would turn to 21474") + ".*beyond what can be commanded"
+
+
+@every_row("strategy, near_end, missing, words", [
+    ("cyclic", True, "", BEYOND),
+    ("profile", True, "", BEYOND),
+    ("profile", False, "6081", "refused object 6081:00 Profile velocity"),
+])  # fmt: skip
+def test_drives_hold_that_cannot_be_given_a_target_or_a_speed(strategy, near_end, missing, words):
+    rig = Rig({"strategy": strategy}, missing=missing)
+    if near_end:
+        rig.device.board.count_from([2**31 - 1000] * 6)
+    rig.ready()
+    reply = rig.along(*LINE) if strategy == "cyclic" else rig.do(LINE[0])
+    assert isinstance(reply, RequestRejected)
+    assert re.search(words, reply.reason)
+    assert rig.states() == {DriveState.ENABLED}
+    rig.check_stands(0.5)
+
+
+def test_a_burst_that_is_released_before_it_begins_moves_nothing():
+    rig = Rig({"strategy": "profile"}).ready()
+    before = rig.positions
+    assert rig.do(MoveBy(steps(6000), 20_000.0, lambda: True)) == Halted()
+    assert rig.positions == before
+    assert rig.do(LINE[0]) == Done()
+    assert rig.positions == before + LINE[0].steps
 
 
 # -- homing and settings --------------------------------------------------------------------------
