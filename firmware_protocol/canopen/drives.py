@@ -210,13 +210,11 @@ class OperationMode(IntEnum):
 
 def mode_of(shown: int) -> OperationMode | None:
     """Return the mode for a value of 6061; None for a manufacturer's or reserved mode."""
-    whole("shown", shown, -128, 127)
     return next((mode for mode in OperationMode if mode == shown), None)
 
 
 def supported_modes(word: int) -> frozenset[OperationMode]:
     """Return the modes listed in object 6502: bit n stands for mode n + 1."""
-    whole("word", word, 0, 0xFFFF_FFFF)
     return frozenset(mode for mode in OperationMode if mode and word >> mode - 1 & 1)
 
 
@@ -242,7 +240,6 @@ def speed_unit_hz(word: int, per_turn: float) -> float | None:
     and CiA 303-2: a power of ten in bits 24 to 31, a unit in bits 16 to 23, over that in bits 8 to
     15.
     """
-    whole("word", word, 0, 0xFFFF_FFFF)
     power, over, under = word >> 24, word >> 16 & 0xFF, word >> 8 & 0xFF
     lengths = {INCREMENTS: 1.0, REVOLUTIONS: per_turn}
     times = {A_SECOND: 1.0, A_MINUTE: 60.0}

@@ -22,7 +22,7 @@ from firmware_protocol.canopen.objects import (
     Place,
 )
 from firmware_protocol.canopen.pdo import Direction, Mapping, Write, first_pdo
-from firmware_protocol.canopen.sdo import AbortCode, SdoClient, SdoEvent
+from firmware_protocol.canopen.sdo import SdoClient, SdoEvent
 from firmware_protocol.canopen.services import (
     Emergency,
     Heartbeat,
@@ -110,7 +110,7 @@ class Host:
             for event in self._events
             if not (isinstance(event, SdoAnswered) and event.node == node)
         )
-        frame = self._clients[node].abandon(AbortCode.TIMED_OUT)
+        frame = self._clients[node].abandon()
         return b"" if frame is None else pack(frame)
 
     def owed(self) -> bytes:

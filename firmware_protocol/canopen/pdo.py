@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from firmware_protocol.canopen.objects import DataType, Dictionary, Place
 from firmware_protocol.canopen.sdo import AbortCode
 from firmware_protocol.canopen.services import Service, cob_id
-from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.fields import message
 from firmware_protocol.frames import DATA_MAX, STANDARD_ID_MAX, Frame
 
@@ -56,7 +56,6 @@ class Mapped:
 
         The entry contains only the length, so the type comes from the dictionary.
         """
-        whole("word", word, 0, 0xFFFF_FFFF)
         place = Place(word >> 16, word >> 8 & 0xFF)
         entry = dictionary.find(place)
         if entry is None:
@@ -78,8 +77,7 @@ class Mapping:
     _codec: struct.Struct = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        entries = self.entries if isinstance(self.entries, tuple) else ()
-        codec = struct.Struct("<" + "".join(_CODES[entry.type] for entry in entries))
+        codec = struct.Struct("<" + "".join(_CODES[entry.type] for entry in self.entries))
         if not 0 < codec.size <= DATA_MAX:
             raise BadField("entries", self.entries, f"objects of 1 to {DATA_MAX} bytes together")
         object.__setattr__(self, "size", codec.size)
@@ -101,8 +99,6 @@ class Mapping:
 
     def pack(self, values: Sequence[int]) -> bytes:
         """Return a PDO's data for one value per entry. Raises `BadField`."""
-        if len(values) != len(self.entries):
-            raise BadField("values", values, f"{len(self.entries)} of them")
         try:
             return self._codec.pack(*values)
         except struct.error:  # once more one by one, to name the invalid one

@@ -386,12 +386,12 @@ class SdoClient:
         self._current = _Transfer(place, reads=False)
         return self._frame(StartDownload(place, content))
 
-    def abandon(self, code: AbortCode = AbortCode.TIMED_OUT) -> Frame | None:
+    def abandon(self) -> Frame | None:
         """Abort the current transfer without an event; return the abort frame for the server."""
         if self._current is None:
             return None
         place, self._current = self._current.place, None
-        return self._frame(Abort(place, code))
+        return self._frame(Abort(place, AbortCode.TIMED_OUT))
 
     def receive_frame(self, frame: Frame) -> Frame | None:
         """Process any frame on the bus; return the frame to send next. Never raises."""

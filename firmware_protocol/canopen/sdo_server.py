@@ -28,7 +28,7 @@ from firmware_protocol.canopen.sdo import (
     place_of,
 )
 from firmware_protocol.canopen.services import Service, checked_node, cob_id, is_for
-from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
 
@@ -127,10 +127,7 @@ class ObjectStore:
 
     def put(self, entry: ObjectEntry, value: Value) -> None:
         """Set an object that was found in the dictionary, like `set`."""
-        if (limits := entry.type.limits) is not None:  # fast path for values from PDOs
-            whole(entry.type.name, value, *limits)
-        else:
-            entry.type.pack(value)
+        entry.type.pack(value)
         self._values[entry.place] = value
 
     def read(self, place: Place) -> bytes | AbortCode:
@@ -151,7 +148,7 @@ class ObjectStore:
         *,
         refusal: Callable[[Place, Value], AbortCode | None] = lambda _place, _value: None,
     ) -> AbortCode | None:
-        """Write a client's bytes; return an abort code or None. Unless `exact`, cut excess off.
+        """Write a number's bytes; return an abort code or None. Unless `exact`, cut excess off.
 
         `refusal` says why an object may not have a value of its type.
         """
@@ -160,18 +157,14 @@ class ObjectStore:
             return self._missing(place)
         if not entry.access.writable:
             return AbortCode.READ_ONLY
-        size = entry.type.size
-        if size is not None and len(data) < size:
+        size = entry.type.size or 0
+        if len(data) < size:
             return AbortCode.TOO_SHORT
-        if size is not None and len(data) > size and exact:
+        if len(data) > size and exact:
             return AbortCode.TOO_LONG
         value = entry.type.unpack(data, exact=exact)
-        refused = refusal(place, value)
-        if refused is None:
-            try:
-                self.put(entry, value)
-            except BadField:  # text that is not ASCII
-                return AbortCode.VALUE
+        if (refused := refusal(place, value)) is None:
+            self.put(entry, value)
         return refused
 
     def _entry(self, place: Place) -> ObjectEntry:

@@ -195,7 +195,6 @@ class HeartbeatWatch:
     @classmethod
     def of(cls, value: int) -> HeartbeatWatch | None:
         """Decode the object's value; None if no node is monitored."""
-        whole("value", value, 0, 0xFFFF_FFFF)
         node, silence_ms = value >> 16 & 0xFF, value & HEARTBEAT_MAX_MS
         return cls(node, silence_ms) if 1 <= node <= NODE_MAX and silence_ms else None
 

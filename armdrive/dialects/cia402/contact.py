@@ -182,7 +182,7 @@ def _adopt_units(settings: Cia402Settings, result: ReadObjects) -> None:
     drive, values = result.drive, result.values
     turns = max(values.get(canopen.ENCODER_TURNS, 1), 1)
     drive.turn = values.get(canopen.ENCODER_INCREMENTS, 0) / turns or settings.encoder_increments
-    word = values.get(canopen.SPEED_UNIT, 0) & 0xFFFF_FFFF
+    word = values.get(canopen.SPEED_UNIT, 0)
     drive.reported_unit_hz = canopen.speed_unit_hz(word, drive.turn) or 0.0
     speed_hz, ramp_hz_s = (
         units[drive.motor] if units else 0.0
@@ -210,7 +210,7 @@ def _choose_mode(io: Cia402Exchange, results: list[ReadObjects]) -> None:
             f"{drive} has no object {place}, so it would not stop without this program: the arm "
             "moves in bursts, which end by themselves"
         )
-    words = (result.values.get(canopen.SUPPORTED_MODES, 0) & 0xFFFF_FFFF for result in results)
+    words = (result.values.get(canopen.SUPPORTED_MODES, 0) for result in results)
     cyclic = all(OperationMode.CYCLIC_POSITION in canopen.supported_modes(word) for word in words)
     io.is_cyclic = cyclic and io.watches and io.settings.strategy == CYCLIC
 

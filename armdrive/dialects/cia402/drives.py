@@ -11,7 +11,6 @@ from armdrive.dialects.bus.drives import off_target_words
 from armdrive.tasks import Alert, AlertKind
 from firmware_protocol import canopen
 from firmware_protocol.canopen import DriveState, NodeState
-from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.fields import in_words
 
 # Drives count positions in 32 bits.
@@ -258,10 +257,8 @@ class Cia402Drive:
 
 
 def value_of(answer: canopen.Uploaded) -> int:
-    """Decode a whole number by the type of its object, or by its length if that does not fit."""
+    """Decode a whole number by the type of its object, however many bytes the drive sends."""
     entry = canopen.STANDARD.find(answer.place)
     kind = canopen.DataType.U32 if entry is None else entry.type
-    try:
-        return int(kind.unpack(answer.data, exact=answer.exact))
-    except RemoteProtocolError:
-        return int.from_bytes(answer.data, "little")
+    size = kind.size or 0
+    return int(kind.unpack(answer.data[:size].ljust(size, b"\0")))

@@ -236,7 +236,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
         if drive.error:
             return
         (result,) = yield from self.transfers.transfer({drive: (canopen.ERROR_CODE,)}, tries=1)
-        if code := result.values.get(canopen.ERROR_CODE, 0) & 0xFFFF:
+        if code := result.values.get(canopen.ERROR_CODE):
             drive.error = f"{canopen.error_words(code)} (error {code:04X})"
 
     # -- silence ------------------------------------------------------------------------------

@@ -101,7 +101,7 @@ _HOMING: tuple[tuple[tuple[int, ...], str], ...] = (
 
 def state_words(value: int) -> str:
     """Return a statusword: its state and its other flags."""
-    word = Statusword(value & 0xFFFF)
+    word = Statusword(value)
     state = word.state
     parts = ["no state of CiA 402" if state is None else in_words(state)]
     holds = state is not None and state.holds
@@ -117,7 +117,7 @@ def state_words(value: int) -> str:
 
 def control_words(value: int) -> str:
     """Return a controlword: its command and its other bits."""
-    word = Controlword(value & 0xFFFF)
+    word = Controlword(value)
     bits = [words for bit, words in _CONTROL.items() if word.has(bit)]
     return f"{word.value:04X} {', '.join((in_words(word.command), *bits))}"
 

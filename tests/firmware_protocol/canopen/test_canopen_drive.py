@@ -203,8 +203,6 @@ def test_words_have_named_bits():
         lambda: Controlword.of(Command.SHUT_DOWN, ControlBit.SWITCH_ON),
         lambda: Statusword.of(DriveState.READY, StatusBit.FAULT),
         lambda: DriveDevice().statusword(StatusBit.REACHED),
-        lambda: mode_of(128),
-        lambda: supported_modes(-1),
     ],
 )
 def test_nonsense_of_ours_is_refused(make):

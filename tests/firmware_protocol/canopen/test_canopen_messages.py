@@ -318,15 +318,13 @@ def test_a_store_refuses_by_the_dictionary(place, data, code):
 
 def test_a_store_tells_what_it_has_and_not_what_it_lacks():
     write_only = ObjectEntry(Place(0x2000), "key", DataType.U16, Access.WO)
-    text = ObjectEntry(Place(0x2001), "name", DataType.VISIBLE_STRING, Access.RW)
     cob = ObjectEntry(Place(0x2002), "id", DataType.U32, Access.RO, default=0x180, adds_node=True)
-    store = ObjectStore(Dictionary([*STANDARD, write_only, text, cob]), NODE)
+    store = ObjectStore(Dictionary([*STANDARD, write_only, cob]), NODE)
     assert store.read(write_only.place) is AbortCode.WRITE_ONLY
     assert store.read(Place(0x6081)) is AbortCode.NO_DATA
     assert store.value(Place(0x6081)) is None
     assert store.value(cob.place) == 0x180 + NODE
     assert store.write(CONTROLWORD, b"\x0f\0\7\7", False) is None
-    assert store.write(text.place, b"\xff") is AbortCode.VALUE
     store.set(STATUSWORD, 0x237)
     assert (store.read(STATUSWORD), store.read(CONTROLWORD)) == (b"\x37\2", b"\x0f\0")
     with pytest.raises(BadField, match="7000:00"):

@@ -47,9 +47,7 @@ def test_packed_values_are_unpacked_whatever_follows_them(kinds, data):
             canopen.Mapping(entries)
         return
     mapping = canopen.Mapping(entries)
-    values = tuple(
-        data.draw(st.integers(*kind.limits) if kind.limits else st.just(-0.5)) for kind in kinds
-    )
+    values = tuple(data.draw(st.integers(*kind.limits)) for kind in kinds)
     packed = mapping.pack(values)
     assert len(packed) == mapping.size
     assert mapping.unpack(packed + data.draw(st.binary(max_size=3))) == values
@@ -72,7 +70,6 @@ def test_a_devices_mapping_is_read_by_the_dictionary():
         (lambda: canopen.Mapped(canopen.DEVICE_NAME, canopen.DataType.VISIBLE_STRING), "type"),
         (lambda: canopen.Mapping(()), "entries"),
         (lambda: canopen.Mapping.of_objects(canopen.STANDARD, canopen.Place(0x6065)), "places"),
-        (lambda: ORDER.pack((1,)), "values"),
         (lambda: ORDER.pack((0x10000, 0)), "U16"),
         (lambda: ORDER.pack((0, 0.5)), "I32"),
         (lambda: canopen.first_pdo(canopen.Direction.RECEIVED, 0, ORDER), "node"),

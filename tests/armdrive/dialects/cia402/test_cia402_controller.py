@@ -3,14 +3,14 @@
 import re
 
 import pytest
-from amounts import amount, in_pairs
+from amounts import amount, every_row, in_pairs
 from can_fault_bench import Bus, check_recovery, check_reported_and_stopped
 from cia402_rig import Rig, moving, steps
 
 from armdrive import Arm
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.cia402.drives import Cia402Drive, Trouble
+from armdrive.dialects.cia402.drives import Cia402Drive, Trouble, value_of
 from armdrive.dialects.controller import MOTORS_OFF
 from armdrive.errors import DeviceFault
 from armdrive.registry import simulate
@@ -336,6 +336,15 @@ def test_a_report_from_before_a_suspension_does_not_hide_that_the_drives_have_st
     assert "stopped by itself, and holds" in rig.finish().reason
     rig.run(0.5)
     assert rig.positions == there
+
+
+@every_row("place, data, value", [
+    (canopen.STATUSWORD, b"\x37\x02\0\0", 0x237),
+    (canopen.MODE_SHOWN, b"\xff\xff\xff\xff", -1),
+    (canopen.SUPPORTED_MODES, b"\xa1\0", 0xA1),
+])  # fmt: skip
+def test_a_number_is_read_whatever_its_length_on_the_wire(place, data, value):
+    assert value_of(canopen.Uploaded(place, data)) == value
 
 
 def test_a_drive_that_was_not_enabled_at_a_single_report_has_stopped_by_itself():
