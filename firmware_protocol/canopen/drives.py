@@ -387,24 +387,17 @@ class DriveDevice:
 
     def __init__(self, quick_stop: QuickStopOption = QuickStopOption.QUICK_RAMP) -> None:
         self.quick_stop = quick_stop
-        self._state = DriveState.NOT_READY
-        self._faulty = False
-        self._word = Controlword(0)
-        self._points = SetPoints(self._word)
-
-    @property
-    def state(self) -> DriveState:
+        self.state = DriveState.NOT_READY
         """The drive's state."""
-        return self._state
-
-    @property
-    def points(self) -> SetPoints:
+        self.faulty = False
+        """Whether the cause of a fault still exists, so that the fault cannot be reset."""
+        self._word = Controlword(0)
+        self.points = SetPoints(self._word)
         """The drive's set-points; meaningful while the drive is enabled."""
-        return self._points
 
     def statusword(self, bits: StatusBit = NO_STATUS) -> Statusword:
         """Return the statusword, with bits from the owner: voltage, warning, following error."""
-        return _statusword(self._state, bits, self._points.bits)
+        return _statusword(self.state, bits, self.points.bits)
 
     def control(self, word: Controlword) -> tuple[tuple[Transition, ...], bool]:
         """Obey a controlword; return the transitions, and whether there is a new set-point."""
@@ -413,43 +406,33 @@ class DriveDevice:
         taken: tuple[Transition, ...] = ()
         if word.command is not Command.FAULT_RESET or rising:
             taken = self._obey(word.command)
-        if self._state is not DriveState.ENABLED or taken:
+        if self.state is not DriveState.ENABLED or taken:
             return taken, False
-        return taken, self._points.control(word)
+        return taken, self.points.control(word)
 
     def happen(self, happening: Happening) -> Transition | None:
         """Process an event inside the drive; return the transition that it causes."""
-        if happening is Happening.FAULT:
-            self._faulty = True
         if happening is Happening.QUICK_STOPPED and self.quick_stop.stays:
             return None
         return self._change(happening)
-
-    def fix(self) -> None:
-        """Report that the cause of the fault is gone, so that the fault can be reset."""
-        self._faulty = False
-
-    def recall(self, state: DriveState, *, faulty: bool) -> None:
-        """Restore a saved state; it is `faulty` while the cause of its fault exists."""
-        self._state, self._faulty = state, faulty
 
     def _obey(self, command: Command) -> tuple[Transition, ...]:
         taken = []
         while (row := self._change(command)) is not None:  # transition 3 leads on to 4
             taken.append(row)
         at_once = self.quick_stop is QuickStopOption.DISABLE
-        if self._state is DriveState.QUICK_STOP and taken and at_once:
+        if self.state is DriveState.QUICK_STOP and taken and at_once:
             taken += filter(None, (self._change(Happening.QUICK_STOPPED),))
         return tuple(taken)
 
     def _change(self, cause: Cause) -> Transition | None:
-        row = transition(self._state, cause)
-        if row is None or (row.number == RESETS and self._faulty):
+        row = transition(self.state, cause)
+        if row is None or (row.number == RESETS and self.faulty):
             return None
         if row.number == RESUMES and not self.quick_stop.stays:
             return None
-        self._state = row.end
-        self._points = SetPoints(self._word)
+        self.state = row.end
+        self.points = SetPoints(self._word)
         return row
 
 

@@ -48,7 +48,7 @@ class Cia402Board(DrivesBoard[Cia402Node]):
 
     def fix(self, drive: int, code: int) -> None:
         """Remove the cause of a drive's error; the fault itself must still be reset."""
-        self.node(drive).states.fix(code)
+        self.node(drive).states.active_errors.discard(code)
 
     def warn(self, drive: int, code: int) -> None:
         """Make a drive send an EMCY that changes nothing."""

@@ -167,12 +167,8 @@ class Cia402Motion:
         elif method not in TO_SWITCH:
             self.homing = Homing.FAILED
         else:
-            self._way = TO_SWITCH[method]
-            if self._at_switch:
-                self._leave_switch(now_s)
-            else:
-                self.homing = Homing.SEEKING
-                self._search(self._way, canopen.HOMING_SPEED, now_s)
+            self._way, self.homing = TO_SWITCH[method], Homing.SEEKING
+            self._search(self._way, canopen.HOMING_SPEED, now_s)
 
     def end_search(self) -> None:
         """Forget a search, or that it failed; a drive that is home stays home."""

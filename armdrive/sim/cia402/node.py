@@ -232,7 +232,6 @@ class Cia402Node:
 
     def begin(self, now_s: float) -> None:
         """Start after power has returned; the boot-up message follows later."""
-        self._renew(self.number)
         self.port.boots_s = now_s + BOOT_S
         if not self._quirks.keeps_position:
             self.motor.count_from(0)
@@ -342,7 +341,7 @@ class Cia402Node:
 
     def _recall_state(self, state: canopen.DriveState) -> None:
         """Restore the saved state; nothing sags, since the saved arm has sagged already."""
-        self.states.machine.recall(state, faulty=bool(self.states.active_errors))
+        self.states.machine.state = state
         self.motor.recall(self.port.powered and self.states.state.holds)
 
 

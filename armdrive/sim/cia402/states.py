@@ -98,6 +98,7 @@ class Cia402States:
     def control(self, now_s: float) -> None:
         """Obey the controlword in its object."""
         word = canopen.Controlword(self._objects.number_of(canopen.CONTROLWORD, 0))
+        self.machine.faulty = bool(self.active_errors)
         taken, is_new = self.machine.control(word)
         self._take(taken, now_s)
         if not self.enabled:
@@ -202,22 +203,11 @@ class Cia402States:
     def fault(self, code: int, now_s: float) -> None:
         """Go into fault and report why: brake as 605E says, then free the motor."""
         self._report(code)
-        changed = self.machine.happen(Happening.FAULT)
-        if not self.active_errors:
-            self.machine.fix()  # what it was is over; a reset leads out once it has reacted
-        if changed is None:
-            return
+        self.machine.happen(Happening.FAULT)
         self._motion.break_off_homing(now_s)
-        reaction = self._objects.number_of(canopen.FAULT_REACTION_OPTION, 2)
-        free = not self._motor.holding or reaction == _FREE_AT_ONCE
+        free = self._objects.number_of(canopen.FAULT_REACTION_OPTION, 2) == _FREE_AT_ONCE
         slope = math.inf if free else self._motion.slope(canopen.QUICK_STOP_DECELERATION)
         self._motion.brake(slope, now_s)
-
-    def fix(self, code: int) -> None:
-        """Remove the cause of an error; the fault itself must still be reset."""
-        self.active_errors.discard(code)
-        if not self.active_errors:
-            self.machine.fix()
 
     def over(self) -> None:
         """Report that an error is over, if there was one."""

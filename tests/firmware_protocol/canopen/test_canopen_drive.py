@@ -68,7 +68,6 @@ def drive_in(state, quick_stop=QuickStopOption.QUICK_RAMP_AND_STAY) -> DriveDevi
         drive.happen(Happening.FAULT)
         if state is DriveState.FAULT:
             drive.happen(Happening.REACTED)
-            drive.fix()
         return drive
     for command in ORDERS[: LAST[state]]:
         drive.control(Controlword.of(command))
@@ -101,9 +100,9 @@ def test_a_fault_is_reset_by_a_rising_bit_and_not_while_it_lasts():
     assert drive.happen(Happening.FAULT).end is DriveState.FAULT_REACTION
     assert drive.happen(Happening.FAULT) is None
     assert drive.happen(Happening.REACTED).end is DriveState.FAULT
-    reset = Controlword.of(Command.FAULT_RESET)
+    reset, drive.faulty = Controlword.of(Command.FAULT_RESET), True
     assert drive.control(reset) == ((), False)
-    drive.fix()
+    drive.faulty = False
     assert drive.control(reset) == ((), False)  # the bit is still up
     drive.control(Controlword(0))
     ((row,), _) = drive.control(reset)
@@ -126,14 +125,12 @@ def test_a_quick_stop_ends_as_its_option_says(option):
     assert stays.happen(Happening.QUICK_STOPPED) is None
 
 
-@given(st.lists(WORDS | st.sampled_from(Happening) | st.just("fix"), max_size=30))
+@given(st.lists(WORDS | st.sampled_from(Happening), max_size=30))
 def test_no_order_of_words_and_happenings_leaves_the_table(script):
     drive = DriveDevice(QuickStopOption.QUICK_RAMP_AND_STAY)
     for step in script:
         before = drive.state
-        if step == "fix":
-            drive.fix()
-        elif isinstance(step, Happening):
+        if isinstance(step, Happening):
             drive.happen(step)
         else:
             drive.control(Controlword(step))

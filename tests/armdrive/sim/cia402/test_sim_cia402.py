@@ -141,6 +141,20 @@ def test_a_quick_stop_goes_by_its_ramp_and_is_led_out_of_without_moving():
     assert bench.count(1) == there
 
 
+@every_row("reaction, frees", [(0, True), (2, False)])
+def test_a_drive_in_fault_brakes_first_unless_its_reaction_is_to_free_the_motor(reaction, frees):
+    bench = in_profile(Bench())
+    bench.write(1, canopen.FAULT_REACTION_OPTION, reaction)
+    bench.write(1, canopen.QUICK_STOP_DECELERATION, RATE)
+    hand_over(bench, 10 * TURN)
+    bench.run(1.0)
+    bench.board.put_in_fault(0, 0x4310)
+    bench.run(0.5)
+    assert bench.board.nodes[0].motor.holding is not frees
+    bench.run(0.7)
+    assert not bench.board.nodes[0].motor.holding
+
+
 def test_a_fault_lasts_as_long_as_its_cause_and_is_reset_by_a_rising_edge():
     bench = in_profile(Bench())
     bench.twin.faults.add("drive-fault", "1", "4310")
@@ -170,6 +184,8 @@ def test_a_shaft_that_does_not_follow_is_a_fault_and_comes_down():
     assert emergencies(bench.run(1.0)) == [0x8611]
     assert bench.state(1).has(StatusBit.FOLLOWING_ERROR)
     assert [node.motor.holding for node in bench.board.nodes[:2]] == [False, True]
+    bench.write(1, canopen.CONTROLWORD, 0x80)  # its cause is over
+    assert bench.state(1).state is DriveState.DISABLED
 
 
 def test_a_push_is_turned_back_and_seen_meanwhile():
@@ -385,13 +401,14 @@ def test_pdos_are_set_up_while_they_are_off_and_go_once_the_node_is_started():
     assert bench.sync()[1][0].state is DriveState.DISABLED
 
 
-def test_a_master_resets_a_node_or_its_communication():
+@every_row("reaction, state", [(0, DriveState.ENABLED), (2, DriveState.DISABLED)])
+def test_a_master_resets_a_node_or_its_communication(reaction, state):
     bench = Bench()
-    bench.write(1, canopen.HEARTBEAT_REACTION, 0)
+    bench.write(1, canopen.HEARTBEAT_REACTION, reaction)
     in_cycles(bench)
     heard = bench.tell(canopen.Nmt(canopen.NmtCommand.RESET_COMMUNICATION, 1).frame, 0.1)
     assert beats(heard) == [NodeState.BOOTING]
-    assert bench.state(1).state is DriveState.ENABLED
+    assert bench.state(1).state is state
     assert (bench.read(1, PERIOD), bench.read(1, Place(0x1800, 2))) == (10, 255)
     heard = bench.tell(canopen.Nmt(canopen.NmtCommand.RESET_NODE, 1).frame, 1.0)
     assert beats(heard) == [NodeState.BOOTING]
@@ -541,11 +558,14 @@ def test_drives_are_made_again_as_they_stood():
     bench.write(2, canopen.QUICK_STOP_OPTION, HOLDS)
     bench.write(2, canopen.CONTROLWORD, QUICK_STOP)
     bench.board.put_in_fault(2, 0x4310)
-    bench.run()
+    bench.board.node(4).set_id(9, bench.board.now_s)
+    bench.run(0.1)
+    bench.write(9, canopen.PRODUCER_HEARTBEAT_MS, 100)
     saved = json.loads(json.dumps(bench.twin.save()))
     again = Bench(saved=saved)
     assert again.twin.save() == saved
     assert again.world.motors == bench.world.motors
+    assert len(beats(again.run(0.45), 9)) == 4
     told = again.sync()[1]
     assert told[0].state is DriveState.ENABLED
     assert told[1:] == (CSP, 500)
