@@ -1,7 +1,8 @@
 """The master's end of a bus with CiA 402 drives: commands to bytes, and bytes to events.
 
 Each drive uses its first PDOs, both bound to the SYNC: it receives controlword, mode and target,
-and transmits statusword, mode and position. No frame on the bus raises.
+and transmits statusword, mode and position. No frame on the bus raises; those of other nodes are
+ignored.
 """
 
 from __future__ import annotations
@@ -59,8 +60,6 @@ class SdoAnswered:
 
 
 HostEvent: TypeAlias = DriveReport | SdoAnswered | Emergency | Heartbeat | UnreadableFrame
-
-FOREIGN = "no drive of this arm sends it"
 
 
 def drive_pdos(node: int) -> tuple[Write, ...]:
@@ -138,30 +137,24 @@ class Host:
     def _receive(self, frame: Frame) -> None:
         found = None if frame.extended or frame.remote else service_of(frame.can_id)
         if found is None:
-            self._events.append(UnreadableFrame(frame, FOREIGN))
             return
-        service, node = found
         try:
-            self._take(frame, service, node)
+            self._take(frame, *found)
         except RemoteProtocolError as error:
             self._events.append(UnreadableFrame(frame, str(error)))
 
     def _take(self, frame: Frame, service: Service, node: int) -> None:
-        client = self._clients.get(node)
         if service is Service.HEARTBEAT:
             self._events.append(Heartbeat.read(frame))
-        elif client is None:
-            self._events.append(UnreadableFrame(frame, FOREIGN))
+        elif (client := self._clients.get(node)) is None:
+            return
         elif service is Service.TPDO1:
             word, mode, position = REPORT_PDO.unpack(frame.data)
-            report = DriveReport(node, Statusword(int(word)), int(mode), int(position))
-            self._events.append(report)
+            self._events.append(DriveReport(node, Statusword(word), mode, position))
         elif service is Service.EMCY:
             self._events.append(Emergency.read(frame))
         elif service is Service.SDO_RESPONSE:
             self._answer(client, frame, node)
-        else:
-            self._events.append(UnreadableFrame(frame, FOREIGN))
 
     def _answer(self, client: SdoClient, frame: Frame, node: int) -> None:
         reply = client.receive_frame(frame)

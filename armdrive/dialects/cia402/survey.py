@@ -106,14 +106,10 @@ class CanopenNode:
     doubled: bool = False
     missed: int = 0
 
-    def number_of(self, place: Place) -> int | None:
-        """Return an object's whole number; None if it has none."""
-        return self.values.get(place)
-
     @property
     def profile(self) -> int | None:
         """The number of its device profile, 402 for a drive; None if it reports none."""
-        word = self.number_of(DEVICE_TYPE)
+        word = self.values.get(DEVICE_TYPE)
         return None if word is None else word & 0xFFFF
 
 
@@ -250,10 +246,10 @@ def of_node(node: CanopenNode, arm: str = "NAME") -> list[Finding]:
             )
         )
     if node.profile != DRIVES:
-        found.append(_no_drive(name, node))
-        return found
+        words = f"{name}: not a CiA 402 drive ({_type_words(node)}), so not a motor of an arm"
+        return [*found, note(words, "")]
     found.append(ok(f"{name}: {', '.join(_drive_words(node))}"))
-    more = (_fault(name, node, arm), *_modes(name, node), _unit(name, node, arm))
+    more = (_fault(name, node, arm), _modes(name, node), _unit(name, node, arm))
     return found + [each for each in more if each]
 
 
@@ -271,7 +267,7 @@ def of_arm(ids: Sequence[int], found: Survey[CanopenNode]) -> list[Finding]:
 
 def view(node: CanopenNode) -> dict[str, object]:
     """Return a node as plain data."""
-    word = node.number_of(STATUSWORD)
+    word = node.values.get(STATUSWORD)
     state = None if word is None else Statusword(word).state
     return {
         "id": node.number,
@@ -280,12 +276,12 @@ def view(node: CanopenNode) -> dict[str, object]:
         "profile": node.profile,
         "device": _type_words(node) if node.answers else "",
         "name": node.name,
-        "identity": [node.number_of(each) for each in (VENDOR, PRODUCT, REVISION, SERIAL_NUMBER)],
+        "identity": [node.values.get(each) for each in (VENDOR, PRODUCT, REVISION, SERIAL_NUMBER)],
         "nmt": None if node.state is None else node.state.name.lower(),
         "state": None if state is None else state.name.lower(),
-        "mode": node.number_of(MODE_SHOWN),
-        "counts": node.number_of(POSITION),
-        "error": node.number_of(ERROR_CODE),
+        "mode": node.values.get(MODE_SHOWN),
+        "counts": node.values.get(POSITION),
+        "error": node.values.get(ERROR_CODE),
         "doubled": node.doubled,
         "refused": {str(place): why for place, why in node.refused.items()},
     }
@@ -309,9 +305,9 @@ def _self_words(node: CanopenNode) -> list[str]:
         words.append(f"called {node.name}")
     identity = [("vendor", VENDOR), ("product", PRODUCT), ("revision", REVISION)]
     for word, place in identity:
-        if (number := node.number_of(place)) is not None:
+        if (number := node.values.get(place)) is not None:
             words.append(f"{word} {number:08X}")
-    if serial := node.number_of(SERIAL_NUMBER):
+    if serial := node.values.get(SERIAL_NUMBER):
         words.append(f"serial number {serial}")
     if node.state is not None:
         words.append(node.state.name.lower().replace("_", "-"))
@@ -319,7 +315,7 @@ def _self_words(node: CanopenNode) -> list[str]:
 
 
 def _type_words(node: CanopenNode) -> str:
-    word = node.number_of(DEVICE_TYPE)
+    word = node.values.get(DEVICE_TYPE)
     return "it does not report its type" if word is None else device_words(word)
 
 
@@ -332,18 +328,14 @@ def _drive_words(node: CanopenNode) -> list[str]:
     )
     parts = []
     for place, words in rows:
-        value = node.number_of(place)
+        value = node.values.get(place)
         parts.append(f"{object_words(place)} is not reported" if value is None else words(value))
     return parts
 
 
-def _no_drive(name: str, node: CanopenNode) -> Finding:
-    return note(f"{name}: not a CiA 402 drive ({_type_words(node)}), so not a motor of an arm", "")
-
-
 def _fault(name: str, node: CanopenNode, arm: str) -> Finding | None:
-    word, register = node.number_of(STATUSWORD), node.number_of(ERROR_REGISTER) or 0
-    code = node.number_of(ERROR_CODE) or 0
+    word, register = node.values.get(STATUSWORD), node.values.get(ERROR_REGISTER) or 0
+    code = node.values.get(ERROR_CODE) or 0
     broken = word is not None and Statusword(word).state in FAULTS
     if not broken and not register:
         return None
@@ -366,24 +358,20 @@ def _unit(name: str, node: CanopenNode, arm: str) -> Finding | None:
     return note(words, f"`{measure}` measures it, unless the arm file states it")
 
 
-def _modes(name: str, node: CanopenNode) -> list[Finding]:
-    word = node.number_of(SUPPORTED_MODES)
+def _modes(name: str, node: CanopenNode) -> Finding | None:
+    word = node.values.get(SUPPORTED_MODES)
     if word is None:
-        return [note(f"{name}: it does not report which modes it has (6502)", "")]
+        return note(f"{name}: it does not report which modes it has (6502)", "")
     modes = supported_modes(word)
     if OperationMode.PROFILE_POSITION not in modes:
-        return [problem(f"{name}: it has no profile position mode, which armdrive needs", "")]
+        return problem(f"{name}: it has no profile position mode, which armdrive needs", "")
     if lacking := [place for place in WATCH_OBJECTS if place in node.refused]:
         words = f"{name}: without object {lacking[0]} it does not stop if this program dies, so its"
-        return [note(f"{words} arm moves in bursts, which end by themselves", "")]
+        return note(f"{words} arm moves in bursts, which end by themselves", "")
     if OperationMode.CYCLIC_POSITION not in modes:
-        return [
-            note(
-                f"{name}: without cyclic position mode its arm moves in bursts (profile position)",
-                "",
-            )
-        ]
-    return []
+        words = f"{name}: without cyclic position mode its arm moves in bursts (profile position)"
+        return note(words, "")
+    return None
 
 
 def survey_nodes(io: SurveyIO, ids: Sequence[int], heard: SeenNodes) -> Script[Answers]:

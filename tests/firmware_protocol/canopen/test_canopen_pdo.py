@@ -153,35 +153,29 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
     assert not owner.said
 
 
+COB, COUNT, ENTRY = canopen.Place(0x1400, 1), canopen.Place(0x1600, 0), canopen.Place(0x1600, 1)
+EMPTY = {COB: canopen.NOT_VALID | IN, COUNT: 0}
+
+
 @every_row(
-    "off, place, value, refused",
+    "values, place, value, refused",
     [
-        (False, canopen.Place(0x1600, 0), 0, canopen.AbortCode.DEVICE_STATE),
-        (True, canopen.Place(0x1600, 0), 0, None),
-        (True, canopen.Place(0x1600, 0), 9, canopen.AbortCode.PDO_TOO_LONG),
-        (True, canopen.Place(0x1600, 0), 2, canopen.AbortCode.NOT_MAPPABLE),
-        (True, canopen.Place(0x1600, 1), 0x60400010, canopen.AbortCode.DEVICE_STATE),
-        (False, canopen.Place(0x1400, 2), 250, canopen.AbortCode.VALUE),
-        (False, canopen.Place(0x1400, 1), 0, canopen.AbortCode.VALUE),
-        (False, canopen.Place(0x1400, 1), canopen.NOT_VALID | IN, None),
+        ({}, COUNT, 0, canopen.AbortCode.DEVICE_STATE),
+        ({COB: canopen.NOT_VALID | IN}, COUNT, 0, None),
+        ({COB: canopen.NOT_VALID | IN}, COUNT, 9, canopen.AbortCode.PDO_TOO_LONG),
+        ({COB: canopen.NOT_VALID | IN}, COUNT, 2, canopen.AbortCode.NOT_MAPPABLE),
+        ({COB: canopen.NOT_VALID | IN}, ENTRY, 0x60400010, canopen.AbortCode.DEVICE_STATE),
+        ({}, canopen.Place(0x1400, 2), 250, canopen.AbortCode.VALUE),
+        ({}, COB, 0, canopen.AbortCode.VALUE),
+        ({}, COB, canopen.NOT_VALID | IN, None),
+        # only what can be written is mapped into a received one
+        (EMPTY, ENTRY, 0x60400010, None),
+        (EMPTY, ENTRY, 0x60410010, canopen.AbortCode.NOT_MAPPABLE),
+        (EMPTY, ENTRY, 0x12340010, canopen.AbortCode.NO_OBJECT),
+        (EMPTY, ENTRY, 0, None),
     ],
 )
-def test_pdo_parameters_are_changed_in_the_order_of_the_standard(off, place, value, refused):
+def test_pdo_parameters_are_changed_in_the_order_of_the_standard(values, place, value, refused):
     owner = Owner(transmission=1)
-    owner.values[canopen.Place(0x1400, 1)] |= canopen.NOT_VALID if off else 0
+    owner.values |= values
     assert owner.pdos.refusal(place, value) is refused
-
-
-@every_row(
-    "word, refused",
-    [
-        (0x60400010, None),
-        (0x60410010, canopen.AbortCode.NOT_MAPPABLE),
-        (0x12340010, canopen.AbortCode.NO_OBJECT),
-        (0, None),
-    ],
-)
-def test_only_what_can_be_written_is_mapped_into_a_received_one(word, refused):
-    owner = Owner(transmission=1)
-    owner.values |= {canopen.Place(0x1400, 1): canopen.NOT_VALID | IN, canopen.Place(0x1600, 0): 0}
-    assert owner.pdos.refusal(canopen.Place(0x1600, 1), word) is refused

@@ -299,21 +299,6 @@ def test_any_bytes_have_a_meaning_that_is_kept_or_a_reason(decode, data):
 
 
 @every_row(
-    "decode, text, reason",
-    [
-        (decode_request, "40 18 10 01", "length 4 where an SDO frame has 8"),
-        (decode_request, "A0 08 10 00 00 00 00 00", "no SDO request begins with a0"),
-        (decode_request, "C0 08 10 00 00 00 00 00", "no SDO request begins with c0"),
-        (decode_response, "A0 08 10 00 00 00 00 00", "no SDO response begins with a0"),
-        (decode_response, "", "length 0 where an SDO frame has 8"),
-    ],
-)
-def test_unsupported_services_are_named(decode, text, reason):
-    with pytest.raises(RemoteProtocolError, match=reason):
-        decode(bytes.fromhex(text))
-
-
-@every_row(
     "make",
     [
         lambda: canopen.Place(0x10000),
