@@ -46,30 +46,23 @@ def safety(*, watches: bool) -> tuple[Write, ...]:
     return (STOPS_UNWATCHED, HOLDS_AFTER_STOP) if watches else (HOLDS_AFTER_STOP,)
 
 
-def required_settings(
-    node: int, quick_slope: int | None, cycle_ms: int | None, *, watches: bool = True
-) -> tuple[Write, ...]:
-    """Return the settings that every drive needs. `quick_slope` is in the drive's unit, if known.
-
-    `cycle_ms` is None if no cyclic mode is used. Drives that `watches` is false for react to no
-    missing heartbeat.
-    """
-    ramps = () if quick_slope is None else (quick_slope,)
-    cyclic = (
-        Write(canopen.PERIOD, DataType.U8, cycle_ms or 0),
-        Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS),
-    )
-    return (
-        *canopen.drive_pdos(node),
-        *safety(watches=watches),
-        *(Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, each) for each in ramps),
-        *(cyclic if cycle_ms else ()),
-    )
+def required_settings(io: Cia402Exchange, drive: Cia402Drive) -> tuple[Write, ...]:
+    """Return the settings that a drive needs, as far as its unit of ramps is known."""
+    writes = [*canopen.drive_pdos(drive.node), *safety(watches=io.watches)]
+    if drive.ramp_unit_hz_s:
+        ramp = drive.ramp(io.limits.quick_hz_s)
+        writes.append(Write(canopen.QUICK_STOP_DECELERATION, DataType.U32, ramp))
+    if io.is_cyclic:
+        cycle_ms = round(io.limits.cycle_s * 1000.0)
+        writes.append(Write(canopen.PERIOD, DataType.U8, cycle_ms))
+        writes.append(Write(canopen.PERIOD_POWER, DataType.I8, MILLISECONDS))
+    return tuple(writes)
 
 
-def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
+def optional_settings(io: Cia402Exchange, node: int) -> tuple[Write, ...]:
     """Return settings that improve a drive, but that some drives lack."""
-    return (
+    settings = io.settings
+    writes = [
         Write(canopen.SYNC_ID, DataType.U32, canopen.cob_id(canopen.Service.SYNC)),
         BRAKE,
         Write(canopen.FOLLOWING_ERROR_WINDOW, DataType.U32, settings.following_window),
@@ -80,7 +73,10 @@ def optional_settings(settings: Cia402Settings, node: int) -> tuple[Write, ...]:
             for direction in canopen.Direction
             for number in (2, 3, 4)
         ),
-    )
+    ]
+    if not io.watches:
+        writes.append(heartbeat_watch(settings, on=False))
+    return tuple(writes)
 
 
 def heartbeat_watch(settings: Cia402Settings, *, on: bool) -> Write:
@@ -239,17 +235,8 @@ def _end_earlier_motion(io: Cia402Exchange) -> Script[None]:
 
 def _set_up(io: Cia402Exchange) -> Script[None]:
     """Write the settings of every drive while it takes no part in PDOs, and verify them."""
-    io.last_command, settings = "SDO set-up", io.settings
-    cycle_ms = round(io.limits.cycle_s * 1000.0) if io.is_cyclic else None
-    required = {
-        drive: required_settings(
-            drive.node,
-            drive.ramp(io.limits.quick_hz_s) if drive.ramp_unit_hz_s else None,
-            cycle_ms,
-            watches=io.watches,
-        )
-        for drive in io.drives
-    }
+    io.last_command = "SDO set-up"
+    required = {drive: required_settings(io, drive) for drive in io.drives}
     for _ in range(TRIES):  # the order PRE_OPERATIONAL may have been lost
         io.send_nmt(NmtCommand.PRE_OPERATIONAL, io.drives)
         results = yield from io.obtain(required)
@@ -258,10 +245,7 @@ def _set_up(io: Cia402Exchange) -> Script[None]:
             break
     for place, words in refused:
         raise Obstructed(words + _remedy(place))
-    unwatched = () if io.watches else (heartbeat_watch(settings, on=False),)
-    optional = {
-        drive: (*optional_settings(settings, drive.node), *unwatched) for drive in io.drives
-    }
+    optional = {drive: optional_settings(io, drive.node) for drive in io.drives}
     for result in (yield from io.obtain(optional, lenient=True)):
         for place, words in result.refused.items():
             if place.index >= _PROFILE_OBJECTS and not io.configured:

@@ -111,8 +111,9 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     @property
     def resting_mode(self) -> OperationMode:
         """The mode in which drives hold."""
-        modes = (OperationMode.PROFILE_POSITION, OperationMode.CYCLIC_POSITION)
-        return modes[self.is_cyclic]
+        if self.is_cyclic:
+            return OperationMode.CYCLIC_POSITION
+        return OperationMode.PROFILE_POSITION
 
     # -- events -------------------------------------------------------------------------------
 
@@ -205,11 +206,6 @@ class Cia402Exchange(ScriptIO[HostEvent]):
     def is_late(self) -> bool:
         """Whether the next cycle begins more than a period late."""
         return self.now_s > self._ends_s + self.limits.cycle_s
-
-    @property
-    def targets_words(self) -> str:
-        """The targets of all drives, as text."""
-        return f"607A to {' '.join(str(drive.goal) for drive in self.drives)}"
 
     def progress(self) -> None:
         """Report the positions."""

@@ -6,7 +6,7 @@ A drive that has found it counts from its home offset there by itself. Nothing h
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from armdrive.dialects.bus.homing import (
     Groups,
@@ -35,35 +35,6 @@ HOMING_OBJECTS = (
     canopen.HOMING_CREEP,
     canopen.HOMING_ACCELERATION,
 )
-
-
-@dataclass(frozen=True, slots=True)
-class HomingSpeeds:
-    """How fast a drive searches for its switch and leaves it, in increments/s.
-
-    `ramp_s` is the time from rest to the higher of both; 0 if the drive does not report its ramp.
-    """
-
-    search_hz: float
-    creep_hz: float
-    ramp_s: float
-
-    @property
-    def fastest_hz(self) -> float:
-        """The higher of both speeds."""
-        return max(self.search_hz, self.creep_hz)
-
-    def lasts_s(self, range_steps: float) -> float:
-        """Return how long a drive homes at most that turns through this range.
-
-        It searches there and back, since methods 7 to 14 and 23 to 30 of CiA 402 turn around at a
-        limit switch. Then it leaves its switch, which may be pressed in all of the part beyond the
-        limits, and by which it has run past while it braked. The index pulse, if it seeks that, is
-        no farther away. A ramp up and down makes each of these three ways longer by `ramp_s`.
-        """
-        beyond = (OVERTRAVEL - 1.0) * range_steps + self.search_hz * self.ramp_s / 2.0
-        search_s = 2.0 * OVERTRAVEL * range_steps / self.search_hz
-        return search_s + beyond / self.creep_hz + 3.0 * self.ramp_s
 
 
 def home(io: Cia402Exchange, groups: Groups) -> Script[Reply]:
@@ -114,8 +85,9 @@ def read_speeds(io: Cia402Exchange, group: Sequence[Cia402Drive]) -> Script[None
         values = result.values | {each.place: each.value for each in _writes(io, drive)}
         drive.homing_method = values.get(canopen.HOMING_METHOD)
         io.homing.forget(drive)
-        if (speeds := _speeds_of(drive, values)) is not None:
-            io.homing.note(drive, speeds.fastest_hz, speeds.lasts_s(io.homing.ranges[drive]))
+        bounds = search_bounds(drive, values, io.homing.ranges[drive])
+        if bounds is not None:
+            io.homing.note(drive, *bounds)
 
 
 def _searching(
@@ -161,15 +133,25 @@ def _shown(word: canopen.Statusword) -> HomingStatus:
     return HomingStatus.FOUND if found else HomingStatus.SEARCHING
 
 
-def _speeds_of(drive: Cia402Drive, values: Mapping[canopen.Place, int]) -> HomingSpeeds | None:
-    """Return how fast a drive homes with these values of `HOMING_OBJECTS`; None if they miss.
+def search_bounds(
+    drive: Cia402Drive, values: Mapping[canopen.Place, int], range_steps: float
+) -> tuple[float, float] | None:
+    """Return how fast a drive homes, in increments/s, and for how long at most in this range.
 
-    A method of the maker's own has a negative number, and may have other speeds than those of 6099.
+    None if these values of `HOMING_OBJECTS` do not tell: a method of the maker's own has a negative
+    number, and may have other speeds than those of 6099. A drive searches there and back, since
+    methods 7 to 14 and 23 to 30 of CiA 402 turn around at a limit switch. Then it leaves its
+    switch, which may be pressed in all of the part beyond the limits, and by which it has run past
+    while it braked. The index pulse, if it seeks that, is no farther away. A ramp up and down, if
+    the drive reports its own, makes each of these three ways longer.
     """
     speeds = (values.get(place, 0) for place in (canopen.HOMING_SPEED, canopen.HOMING_CREEP))
     search_hz, creep_hz = (speed * drive.speed_unit_hz for speed in speeds)
     if not search_hz or not creep_hz or values.get(canopen.HOMING_METHOD, 0) < 0:
         return None
+    fastest_hz = max(search_hz, creep_hz)
     slope_hz_s = values.get(canopen.HOMING_ACCELERATION, 0) * drive.ramp_unit_hz_s
-    ramp_s = max(search_hz, creep_hz) / slope_hz_s if slope_hz_s else 0.0
-    return HomingSpeeds(search_hz, creep_hz, ramp_s)
+    ramp_s = fastest_hz / slope_hz_s if slope_hz_s else 0.0
+    beyond = (OVERTRAVEL - 1.0) * range_steps + search_hz * ramp_s / 2.0
+    search_s = 2.0 * OVERTRAVEL * range_steps / search_hz
+    return fastest_hz, search_s + beyond / creep_hz + 3.0 * ramp_s

@@ -271,7 +271,7 @@ def stream(io: Cia402Exchange, request: MoveAlong) -> Script[Reply]:
         for drive, goal in goals.items():
             drive.order(goal)
             io.command(drive, ENABLE, CYCLIC, goal)
-        io.last_command = io.targets_words
+        io.last_command = "TARGETS"
 
     def ended() -> Outcome | None:
         if beyond:
@@ -370,7 +370,7 @@ def drive_parts(
         for drive in io.drives:
             word = drive.handshake.controlword if ready or begun else ENABLE
             io.command(drive, word, PROFILE, drive.goal)
-        io.last_command = io.targets_words
+        io.last_command = "TARGETS"
 
     def ended() -> Outcome | None:
         left = [drive for drive in parts if drive.near < REST_CYCLES or not drive.handshake.taken]

@@ -530,13 +530,16 @@ def test_drives_found_in_fault_are_a_notice_until_the_arm_is_reset():
     assert (arm.status.state, arm.status.notice) == (State.STANDBY, "")
 
 
-def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble():
+@every_row("mute, words", [(False, "did not come to rest after a stop"), (True, "does not answer")])
+def test_a_drive_that_turns_on_after_the_stop_is_named_beside_the_one_in_trouble(mute, words):
     rig = moving(steps(100_000, 30_000), settings={"strategy": "profile"})
     rig.loses = lambda frame, host: host and frame.can_id in (0x201, 0x601)  # no stop reaches it
+    rig.node(1).port.mute = mute
     rig.device.board.put_in_fault(1, 0x2310)
     reply = rig.finish()
     assert "drive 2 (shoulder) is in fault" in reply.reason
-    assert "drive 1 (base) did not come to rest after a stop" in reply.reason
+    assert f"drive 1 (base) {words}" in reply.reason
+    assert reply.silent is mute
     assert rig.node(3).states.state is canopen.DriveState.ENABLED  # the others hold
 
 
