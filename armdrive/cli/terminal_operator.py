@@ -102,12 +102,10 @@ MOST_AMOUNT = 20.0
 SPEED = 0.25  # the usual speed of a jog, as that of `Arm.jog_j`
 TIP_AXES = ("x", "y", "z")
 
-DESK = "  desk                    open the desk, to use keys"
-HELP = f"""\
+HELP = """\
   shoulder -2 gripper 3   turn a joint by degrees, open the fingers by mm
   z -5                    move the tip by mm, once the position is known (x, y, z)
   show                    draw the posture again
-{DESK}
   done                    confirm: the arm stands in the posture
   quit                    leave without confirming"""
 CLEAR, MOTORS_ON = "ok", "on"
@@ -117,11 +115,8 @@ LEAVE = ("no", "n", "quit", "q")
 class TerminalOperator:
     """Leads through the steps. As an operator it returns True when the person has confirmed."""
 
-    def __init__(self, *, terminal: bool) -> None:
-        self.wants_desk = False
+    def __init__(self) -> None:
         self._began = State.DISCONNECTED
-        self._terminal = terminal
-        self._help = HELP if terminal else HELP.replace(f"{DESK}\n", "")
 
     def prepare(self, arm: Arm, *, off: bool) -> bool:
         """Go through what comes before the first jog; False where the person wants no more."""
@@ -145,16 +140,13 @@ class TerminalOperator:
         """
         say("Step 3 of 3. Bring the arm to this posture (from the side and from above):")
         self._show(request)
-        say_lines(self._help)
+        say_lines(HELP)
         self._began = request.arm.status.state
         while (line := typed("> ")) is not None and self._lasts(request):
             words = line.lower().split()
             if words == ["done"]:
                 return True
             if words == ["quit"]:
-                return False
-            if words == ["desk"] and self._terminal:
-                self.wants_desk = True
                 return False
             self._obey(request, words)
         return False
@@ -177,7 +169,7 @@ class TerminalOperator:
             say(str(error))
             if isinstance(error, BadRequest):
                 say("Type one of these lines:")
-                say_lines(self._help)
+                say_lines(HELP)
         self._say_rest(request)
 
     def _show(self, request: PostureRequest) -> None:

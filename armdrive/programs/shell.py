@@ -82,7 +82,6 @@ class Shell:
         self.typing = typing
         self.done = 0
         self.at: RunStep | None = None
-        self._saved: set[Path] = set()
         self._stops = arm.stops
         self._outputs = 0
         self.start_over()
@@ -152,12 +151,10 @@ class Shell:
         text = self.session.text
         if not text.strip():
             raise BadRequest("there is nothing to save: no line has run yet")
-        over = over or path.absolute() in self._saved
         require_free(path, overwrite=over, how=f"type `save {path} {OVER}`")
         program = read_program(text, str(path))
         ArmProgram(program, self.arm.config).machine()  # what is written can be run here
         write_named(path, text.encode("utf-8"))
-        self._saved.add(path.absolute())
         return len(text.splitlines())
 
 

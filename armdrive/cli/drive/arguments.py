@@ -102,7 +102,7 @@ def _home(parser: argparse.ArgumentParser) -> None:
       --guide                  practise the steps on a simulated arm
 
     An arm without switches cannot find its position by itself. `home` draws the reference posture;
-    you jog the arm there, with lines such as `shoulder -2` or in the desk, and confirm with `done`.
+    you jog the arm there, with lines such as `shoulder -2`, and confirm with `done`.
     An arm with switches MOVES to them after you agree. On a simulated arm, a simulated operator
     does all this.
 

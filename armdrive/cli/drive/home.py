@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 
-import tui
 from armdrive.arm import Arm
 from armdrive.arm.reference import homes_by_switches
-from armdrive.blocking import run_blocking
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.options import named_number
-from armdrive.cli.presenter import Result, agreed, as_json, at_terminal, reporter, say, tell
+from armdrive.cli.presenter import Result, agreed, as_json, reporter, say, tell
 from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
@@ -74,27 +72,13 @@ def _reference(
 
 
 def _guided(arm: Arm) -> None:
-    guide = TerminalOperator(terminal=at_terminal())
+    guide = TerminalOperator()
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
         raise OperatorNeeded(
             "not confirmed: nothing was moved or referenced. Answer the questions in a terminal, "
             "or state where the arm is: --yes (its reference posture) or --declare JOINT=DEG ..."
         )
-    while True:
-        try:
-            arm.home(operator=guide)
-        except OperatorNeeded:
-            if not guide.wants_desk:
-                raise
-            guide.wants_desk = False
-            _in_the_desk(arm)
-        else:
-            return
-
-
-def _in_the_desk(arm: Arm) -> None:
-    tui.run_desk(arm, ascii_only=False)
-    run_blocking(arm.parts.runner.stand_still())  # the last jog may not have run out yet
+    arm.home(operator=guide)
 
 
 def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
@@ -146,7 +130,7 @@ def _verified(arm: Arm, options: argparse.Namespace) -> Verified:
         return arm.reference.verify(accept=options.accept, speed=options.speed)
     if as_json(options):
         return arm.reference.verify(speed=options.speed)  # refuses: a person has to look
-    guide = TerminalOperator(terminal=False)
+    guide = TerminalOperator()
     if not guide.prepare(arm, off=False):
         raise OperatorNeeded("not confirmed: nothing moved")
     say(FINE)

@@ -84,7 +84,7 @@ def test_the_guiding_ends_with_its_reason_before_the_next_line_moves_anything(
 
     monkeypatch.setattr(terminal_operator, "typed", line_after_that)
     with arm, pytest.raises(error, match=words):
-        arm.home(operator=TerminalOperator(terminal=False))
+        arm.home(operator=TerminalOperator())
     assert arm.twin.world.motors == before
 
 
@@ -99,7 +99,7 @@ def test_a_stop_in_the_middle_of_a_line_ends_the_line(typing, monkeypatch):
     monkeypatch.setattr(terminal_operator, "jogged", stopped)
     typing("shoulder 5 elbow 5", "elbow 5", "done")
     with arm, pytest.raises(Stopped, match="homing was stopped"):
-        arm.home(operator=TerminalOperator(terminal=False))
+        arm.home(operator=TerminalOperator())
     assert jogs == ["shoulder"]
 
 
@@ -196,7 +196,7 @@ def test_a_person_types_the_tips_onto_the_mark(typing):
     arm = Arm.connect(ARM)
     arm.home()
     typing("z -10", "z -10", "z -10", "done")
-    found = arm.reference.verify(operator=TerminalOperator(terminal=False))
+    found = arm.reference.verify(operator=TerminalOperator())
     assert found.drift.steps.largest <= 1
     assert arm.status.state is State.STANDBY
     assert arm.status.trust is Trust.REFERENCED

@@ -59,7 +59,7 @@ def test_executed_lines_are_saved_as_a_program_that_runs(piped, call, tmp_path):
     refused = piped(f"ready\nsave {path}\n", code=2)
     assert "standard input: line 2" in refused.err
     assert f"exists already: name another file, or type `save {path} over`" in refused.err
-    piped(f"ready\nsave {path} over\nready\nsave {path}\n")
+    piped(f"ready\nready\nsave {path} over\n")
     assert path.read_text(encoding="utf-8") == "ready\nready\n"
     names = piped(f"{FETCH.partition('fetch(pick)')[0]}names\n").out
     assert "  pick: x 250.0" in names
