@@ -407,7 +407,5 @@ def reset(io: MksExchange) -> Script:
     stalled = yield from stalled_among(io, io.drives)
     if stalled:
         yield from io.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
-        if left := (yield from stalled_among(io, stalled)):
-            raise Obstructed(f"{stall_words(left[0])}; it does not clear that")
     yield from _adopt_and_relieve(io) if io.on else adopt_positions(io)
     return Done()

@@ -92,7 +92,7 @@ def _home_group(io: MksExchange, drives: tuple[MksDrive, ...]) -> Script:
             drive.stand(io.now_s)
         yield from relieve(io, [each for each in drives if each not in unstopped])
         if unstopped:
-            return (yield from unheard(io, unstopped, began_s, turning=True))
+            return (yield from unheard(io, unstopped, began_s))
     if search.wrong:
         return RequestRejected((yield from _explained(io, search)))
     if search.left:

@@ -365,8 +365,7 @@ def _halted(io: MksExchange, expected: Expected) -> Script:
     targets = {drive: drive.target for drive in io.drives}
     left = yield from halt(io, moving, hard=io.stop_hard)
     if left:
-        silent = [drive for drive in left if drive.questions.owes]
-        return (yield from unheard(io, silent or left, began_s, turning=not silent))
+        return (yield from unheard(io, left, began_s))
     for motor, drive in enumerate(io.drives):
         low, high = expected(motor, began_s - MAX_DELAY_S)
         low, high = min(low, targets[drive]), max(high, targets[drive])
@@ -385,11 +384,9 @@ def _failed(io: MksExchange, trouble: Trouble) -> Script:
     began_s = io.now_s
     moving = [drive for drive in io.drives if drive.moving]
     left = yield from halt(io, moving, hard=io.stop_hard)
-    silent = [drive for drive in io.drives if drive.questions.owes]
     reply: Reply
     if left or trouble.kind is TroubleKind.SILENT:
-        silent = silent or ([] if left else [trouble.drive])
-        reply = yield from unheard(io, silent or left, began_s, turning=not silent)
+        reply = yield from unheard(io, left, began_s, [trouble.drive])
     else:
         alert = yield from explain(io, trouble)
         io.notify(alert)
@@ -401,14 +398,16 @@ def _failed(io: MksExchange, trouble: Trouble) -> Script:
 
 
 def unheard(
-    io: MksExchange, drives: Sequence[MksDrive], since_s: float, *, turning: bool
+    io: MksExchange, turning: Sequence[MksDrive], since_s: float, lost: Sequence[MksDrive] = ()
 ) -> MksScript[Timeout | RequestRejected]:
-    """Return the reply about drives that fell silent, or are still turning."""
+    """Return the reply about drives that are silent or still turning, or that were `lost`."""
+    silent = [drive for drive in io.drives if drive.questions.owes]
     if missing := (yield from io.look()):
         return midway(io.absence(missing, since_s))
-    if turning:
-        return RequestRejected(unstopped_words(drives[0]))
-    who = str(drives[0]) if len(drives) == 1 else "the drives"
+    if turning and not silent:
+        return RequestRejected(unstopped_words(turning[0]))
+    named = silent or lost
+    who = str(named[0]) if len(named) == 1 else "the drives"
     return RequestRejected(
         f"{who} did not answer for a while in motion: reset, or lost its power, or the bus "
         "lost frames. Check supply and plugs, and the bus's load and adapter",

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from armdrive.dialects.bus.drives import ANSWER_S, LAST_REPLY_S, LINGER_S
 from armdrive.dialects.bus.tools import Answers, SeenNodes, Survey
-from armdrive.dialects.exchange import TRIES, ScriptLoop
+from armdrive.dialects.exchange import ScriptLoop
 from armdrive.dialects.mks.contact import Firmware, firmware_of, series_words
 from armdrive.dialects.mks.exchange import MksExchange, MksScript
 from armdrive.dialects.mks.settings import MksSettings
@@ -118,17 +118,14 @@ def answers(io: MksExchange, node: int) -> MksScript[bool]:
 
 def known(io: MksExchange, node: int) -> MksScript[KnownDrive | None]:
     """Ask a drive for all its data; None if no drive has the id."""
-    drive, missed = io.drive(node), 0
+    drive = io.drive(node)
     io.surplus.clear()
-    counts = yield from io.reading(drive, ReadEncoder(), tries=1)
-    while counts is None:
-        missed += 1
-        if missed == TRIES:
-            return None
-        counts = yield from io.reading(drive, ReadEncoder(), tries=1)
-    if missed:  # not if the answers are only late
+    counts = yield from io.reading(drive, ReadEncoder())
+    if counts is None:
+        return None
+    if io.surplus.owed:  # unless the answers are only late
         yield from io.pause(io.now_s + LAST_REPLY_S)
-        missed = io.surplus.owed_by(node, Code.ENCODER)
+    missed = io.surplus.owed_by(node, Code.ENCODER)
     firmware = (yield from firmware_of(io, (drive,)))[drive]
     settings: dict[Code, Setting] = {}
     for code in _SETTINGS if Ability.READ_SETTINGS in abilities_of(firmware.version) else ():

@@ -10,7 +10,6 @@ from amounts import every_row
 
 from armdrive.config.sections import Connection
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.bus.drives import ALL_SILENT
 from armdrive.dialects.cia402.settings import Cia402Settings, period_ms
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.errors import ArmFileError, Refused
@@ -70,11 +69,6 @@ def test_an_arm_with_too_few_drives_another_port_or_a_servo_is_refused(dialect):
     gripper = replace(simulated_config(dialect).gripper, kind="servo")
     with pytest.raises(Refused, match=r"gripper\.kind.*have no such output"):
         made(dialect, gripper=gripper)
-
-
-@KINDS
-def test_a_call_that_no_drive_answers_has_the_bus_checked(dialect):
-    assert made(dialect).look_at == ALL_SILENT
 
 
 def test_the_announced_stop_covers_what_the_settings_make_of_it():

@@ -46,6 +46,7 @@ from firmware_protocol.mks import (
     MoveAbsoluteAxis,
     SetStallProtection,
     SilenceWatchdog,
+    Stop,
     encode,
     slope_of,
 )
@@ -101,6 +102,14 @@ def test_a_drive_that_an_earlier_program_left_turning_is_waited_for_and_then_sto
     bench = left_by_an_earlier_program(MoveAbsoluteAxis(100 * 0x4000, 60, 236))
     assert isinstance(bench.do(ReadPosition()), Registers)
     assert 10_000 < bench.positions[0] < 40_000  # a second at a turn a second
+    bench.check_stands()
+
+
+def test_a_drive_that_still_brakes_is_waited_for():
+    bench = left_by_an_earlier_program(MoveAbsoluteAxis(100 * 0x4000, 60, 236))
+    bench.run(0.3)
+    bench.node(1).receive(encode(1, Stop(1)))
+    assert bench.do(ReadPosition()) == Registers(bench.positions)
     bench.check_stands()
 
 
@@ -164,6 +173,8 @@ def test_a_wrong_mode_is_a_difference_that_can_be_mended():
     assert isinstance(bench.do(FixSetting(wrong.fix)), Done)
     assert bench.do(ReadSettings()).differences == ()
     bench.ready()
+    bench.node(3).set_mode(Mode.PULSE_FOC)
+    assert "drive 3 (elbow) is in mode 2" in denied(bench.do(DropCurrent()))
 
 
 @every_row("line", ["$1=255", "2: f5 00", "2: 8b 00 03", "2: 8a 01", "2: 82 09"])
@@ -188,6 +199,12 @@ def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
     assert "reset" in words
     assert isinstance(bench.do(ClearFault()), Done)
     bench.ready()
+
+
+def test_a_drive_that_stays_without_current_is_named():
+    bench = MksBench()
+    bench.node(4).sim.set_enabled = lambda *_: None
+    assert "drive 4 (right wrist) does not switch its motor on" in denied(bench.do(SwitchOn()))
 
 
 def test_an_encoder_that_trembles_is_no_motion():
@@ -268,6 +285,19 @@ def test_a_stop_that_a_homing_drive_did_not_receive_is_repeated():
     assert bench.finish() == Halted(kept=False)
     assert lost
     assert bench.positions[0] - there < 0.1 * COUNTS_PER_TURN  # at a turn a second
+    bench.check_stands()
+
+
+def test_a_shaft_that_is_blocked_as_its_homing_is_stopped_does_not_spring():
+    bench = MksBench().ready()
+    bench.node(1).sim.motor.switch.at = 10**9
+    bench.begin(HomeDevice(((0,),)))
+    bench.run(0.5)
+    bench.node(1).block()
+    bench.run(0.1)
+    bench.controller.stop(hard=False)
+    assert bench.finish() == Halted(kept=False)
+    bench.node(1).free()
     bench.check_stands()
 
 

@@ -289,14 +289,14 @@ def test_a_count_that_leaps_is_found_in_any_motion(start, after_s, settings, kee
     check_blamed(bench)
 
 
-@each_value("after_s, all_of_them", [0.0, 0.02, 0.06], [False, True])
-def test_a_restart_while_the_drives_brake_is_found(after_s, all_of_them):
+@each_value("after_s, all_of_them, dead_s", [0.0, 0.02, 0.06], [False, True], [0.05, 0.0])
+def test_a_restart_while_the_drives_brake_is_found(after_s, all_of_them, dead_s):
     bench = moving(9000, 9000, 0.5)
     bench.controller.stop(hard=False)
     bench._send()
     bench.run(after_s)
     for number in range(1, 7 if all_of_them else 2):
-        restart(bench, number, dead_s=0.05)
+        restart(bench, number, dead_s=dead_s)
     reply = bench.finish()
     assert bench.alerts() or isinstance(reply, RequestRejected)
 
@@ -332,6 +332,12 @@ def test_a_blocked_shaft_is_reported_within_the_documented_time(counts_s, poll_s
     (stopped_s, *_), *_ = requests(bench, Stop, since_s=blocked_s)
     following_s = bench.controller.settings.following_error_counts / counts_s
     assert stopped_s - blocked_s <= following_s + 0.1 + 2.0 * poll_s + 0.05
+
+
+def test_a_shaft_that_is_blocked_in_a_short_motion_is_found_at_its_end():
+    bench = begun(straight(8, (100, -30, 0, 0, 0, 0)))
+    bench.node(1).block()
+    check_blamed(bench, kind=AlertKind.OFF_PATH)
 
 
 def pushed(bench):

@@ -25,6 +25,7 @@ from mks_bench import (
 from armdrive.tasks import (
     Done,
     Halted,
+    HomeDevice,
     MoveAlong,
     MoveBy,
     ReadPosition,
@@ -194,10 +195,11 @@ def test_a_motion_that_is_stopped_ends_within_the_bound_and_reports_where(end, a
 def test_disabled_motors_are_not_moved():
     bench = MksBench()
     bench.do(ReadPosition())
-    reply = bench.do(along(straight(2)))
-    assert isinstance(reply, RequestRejected)
-    assert not reply.moved
-    assert bench.positions == Motors([0] * 6)
+    for request in (along(straight(2)), HomeDevice(((0,),))):
+        reply = bench.do(request)
+        assert isinstance(reply, RequestRejected)
+        assert not reply.moved
+    assert not requests(bench, mks.MoveAbsoluteAxis, mks.Home)
 
 
 def test_a_target_that_cannot_be_expressed_is_refused():
