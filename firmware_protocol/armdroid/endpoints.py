@@ -142,7 +142,7 @@ class Host(LineHost[Event]):
         return Completed(command, answer)
 
     def _welcome(self) -> Welcome:
-        self._clean = self._clean or self._command is None
+        self._clean = self._command is None
         return Welcome()
 
 

@@ -49,7 +49,6 @@ class TableBlock:
             real = isinstance(number, int | float) and not isinstance(number, bool)
             if not (real and math.isfinite(number)):
                 raise BadRequest(f"{each.name} of block {self.name!r} is no number: {number!r}")
-            object.__setattr__(self, each.name, float(number))
         if self.width_mm <= 0.0 or self.height_mm <= 0.0:
             raise BadRequest(f"block {self.name!r} must be wider and higher than 0 mm")
 
@@ -180,7 +179,8 @@ class Table:
                 self.take(block.name)
             self.blocks[block.name] = block
             self.settle()
-            self._look()
+            for hand in self.hands:
+                hand.look()
             return self.blocks[block.name]
 
     def take(self, name: str) -> TableBlock:
@@ -193,7 +193,6 @@ class Table:
                 hand.forget(name)
             taken = self.blocks.pop(name)
             self.settle()
-            self._look()
             return taken
 
     def shift(self, name: str, by: Point) -> None:
@@ -208,10 +207,6 @@ class Table:
     def settle(self) -> None:
         """Let every block that is not carried fall onto what is under it."""
         self.blocks = settled(self.blocks, self.carried())
-
-    def _look(self) -> None:
-        for hand in self.hands:
-            hand.look()
 
 
 @dataclass(frozen=True, slots=True)
@@ -449,7 +444,6 @@ class GripScene:
     def _hold(self, name: str) -> None:
         """Hold a block where it is."""
         self.held = name
-        self._around.add(name)
         place, tip = self._blocks[name].place, self._tip
         self._offset = (place[0] - tip[0], place[1] - tip[1], place[2] - tip[2])
 

@@ -127,6 +127,8 @@ def test_a_damaged_line_completes_nothing(line):
 def test_a_version_tells_that_a_given_up_motion_is_over():
     host = Host()
     host.send(DriveOne(1, 30000))
+    with pytest.raises(LocalProtocolError, match="DriveOne is unanswered"):
+        host.send(Version())
     host.give_up()
     host.send(Version())
     host.receive_data(OFFSETS_LINE + b"version = 1.3\r\n")

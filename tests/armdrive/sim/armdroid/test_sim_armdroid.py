@@ -127,12 +127,13 @@ class TestOpening:
 
     def test_another_board_is_reset_and_deaf_for_a_while(self):
         bench = bench_of(native_usb=False)
-        bench.ask("250s6,20d")
+        bench.ask("250s6,20d7")
         bench.board.opened()
         assert bench.ask("o", 1.0) == ""
         bench.hear(1.0)
         assert bench.ask("o") == ZERO
-        assert bench.device.board.details()["rpm"] == 100
+        assert bench.device.board.details() == {"rpm": 100, "speed_error": 0.0, "kept": [0] * 5}
+        assert bench.ask("5g").startswith("debug = 0 0 0 0 0 5\r")
 
 
 STEPS = st.tuples(*[st.integers(-60, 60)] * 6)

@@ -86,13 +86,6 @@ class TestOnTheWire:
         assert wired.ask(READ, 1.5) == b""
         assert wired.pass_time(0.1) == ANSWER
 
-    def test_messages_after_a_late_one_wait_for_it(self, wired):
-        wired.faults.add("delay", 1.0, "next", side="host")
-        wired.send(STEP)
-        wired.send(READ)
-        assert wired.pass_time(0.9) == b""
-        assert wired.pass_time(1.3) == b"1\r"
-
     def test_it_says_nothing_for_a_while(self, wired):
         wired.faults.add("mute", for_s=4.0)
         assert wired.ask(STEP, 2.0) == b""
@@ -118,6 +111,16 @@ class TestOnTheWire:
             wired.pass_time(2.0)
         assert wired.ask(READ) == ANSWER
         assert "another wire" in wired.twin.link.description
+
+    def test_a_late_message_is_lost_with_the_cable(self, wired):
+        wired.faults.add("delay", 1.0, "next", side="host")
+        wired.send(STEP)
+        wired.faults.add("unplug", for_s=0.1)
+        with pytest.raises(LinkLost):
+            wired.pass_time(0.3)
+        assert wired.ask(READ) == ANSWER
+        wired.pass_time(3.0)
+        assert wired.ask(READ) == ANSWER
 
     def test_chance_is_the_same_for_the_same_seed(self):
         said = []
@@ -334,8 +337,3 @@ def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
     assert [one for _, one in line.device.received] == data
     for number, (time_s, _) in enumerate(line.device.received):
         assert 0.3 * number <= time_s <= 0.3 * number + delay_s
-
-
-def test_a_whole_message_is_struck_once():
-    assert through(lost, amount(), [b"ab", b"cd"]) == b"cd"
-    assert through(repeated, amount(), [b"ab", b"cd"]) == b"ababcd"

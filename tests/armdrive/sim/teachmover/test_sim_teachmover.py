@@ -39,14 +39,6 @@ class TestSteps:
         assert bench.now_s == pytest.approx((line + 2) * BYTE_S + 1.0, abs=1e-9)
         assert registers(bench) == (470, -235, 0, 10, 0, 0)
 
-    def test_on_the_way_all_motors_are_in_proportion(self, bench):
-        start = bench.device.world.motors
-        bench.begin(STEP)
-        bench.pass_time(28 * BYTE_S + 0.5)
-        assert bench.device.registers == (235, -117, 0, 5, 0, 0)
-        assert bench.device.world.motors - start == (235, -117, 0, 5, 0, 0)
-        assert bench.device.moving
-
     def test_a_step_of_nothing_is_answered_at_once_and_writes_its_output(self, bench):
         bench.ask(Step(0, (0,) * 6, 21))
         assert bench.board.outputs == 21
@@ -127,22 +119,18 @@ class TestCommands:
         assert bench.ask(Run()).status is Status.DONE
         assert bench.now_s - before == pytest.approx((105 + 200) / 470, abs=0.02)
         assert registers(bench) == (100, 50, 0, 0, 0, 0)
-
-    def test_a_dump_gives_the_rows_back_in_order(self, bench):
-        rows = tuple(ProgramRow.move(n, 200, (n, -n, 0, 0, 0, 0)) for n in (3, 1, 2))
-        for row in rows:
-            bench.ask(QWrite(row))
-        assert bench.ask(QDump()).rows == (rows[1], rows[2], rows[0])
+        assert [row.number for row in bench.ask(QDump()).rows] == [1, 2]
 
 
 class TestPendant:
     def test_stop_ends_a_motion_at_its_present_step(self, bench):
+        start = bench.device.world.motors
         bench.begin(STEP)
         bench.device.at(28 * BYTE_S + 0.5, lambda: bench.board.press(Key.STOP))
         assert bench.finish().status is Status.STOPPED
         assert bench.now_s == pytest.approx(30 * BYTE_S + 0.5, abs=1e-9)
         answer = bench.ask(Read()).registers
-        assert answer.positions == (235, -117, 0, 5, 0, 0)
+        assert answer.positions == bench.device.world.motors - start == (235, -117, 0, 5, 0, 0)
         assert answer.key is Key.STOP
 
     def test_stop_ends_a_whole_program(self, bench):
@@ -169,11 +157,9 @@ class TestPower:
         bench.begin(STEP)
         bench.pass_time(0.5)
         base = bench.device.world.motors[0]
-        height = bench.device.world.pose.z_mm
         bench.device.power_off()
         assert bench.pass_time(5.0) == b""
         assert bench.device.world.motors[0] == base
-        assert bench.device.world.pose.z_mm < height - 5
         bench.link.write(b"@READ\r", bench.now_s)
         assert bench.pass_time(1.0) == b""
         bench.host.give_up()

@@ -179,6 +179,8 @@ class TestBlocks:
         assert block(world).place == pytest.approx((200, -100, 25), abs=0.8)
         assert block(world, "B").place == (200, -100, 0)
         assert world.incidents == []
+        grasp(world)
+        assert world.opening_mm == 0.0
 
     def test_a_block_on_a_carried_one_comes_along(self):
         world = holding(TableBlock("B", 250, 40, 30, 20, 20), lifted_mm=60)
@@ -191,6 +193,13 @@ class TestBlocks:
         world.take("A")
         assert block(world, "B").z_mm == 0.0
 
+    def test_a_block_falls_on_what_is_below_it_and_on_nothing_else(self):
+        beside, within = TableBlock("B", 150, 40, 90), TableBlock("C", 255, 45, 0, 10, 10)
+        world = World(blocks=[BLOCK, beside, within])
+        assert [each.z_mm for each in world.scene.blocks.values()] == [0.0, 0.0, 0.0]
+        assert BLOCK.entry((150, 40, 60), (150, 40, 0)) is None
+        assert BLOCK.entry((250, 40, 60), (250, 40, 0)) == 0.5
+
     def test_closed_fingers_push_a_block_ahead_of_them(self):
         world = World(blocks=[BLOCK])
         grasp(world)
@@ -201,6 +210,9 @@ class TestBlocks:
         assert "A" in world.incidents[0].sentence
         assert block(world).y_mm == pytest.approx(50 + 14, abs=2.5)
         assert block(world).x_mm == pytest.approx(250, abs=3)
+        for y in (0, 40, 60):
+            reach(world, 250, y, 15)
+        assert kinds(world) == [IncidentKind.KNOCK] * 2
 
     def test_fingers_not_open_enough_come_down_on_a_block(self):
         world = World(blocks=[BLOCK])
@@ -219,13 +231,16 @@ class TestBlocks:
 
     def test_a_held_block_pressed_into_the_table_is_an_incident(self):
         world = holding(z_mm=25)
-        reach(world, 250, 40, 20)
+        for z_mm in (20, 18):
+            reach(world, 250, 40, z_mm)
         assert kinds(world) == [IncidentKind.TABLE]
         spread(world, 50)
         assert block(world).z_mm == 0.0
 
     def test_a_block_in_the_fingers_can_be_taken_away(self):
-        world = holding()
+        world = holding(TableBlock("B", 200, -100))
+        world.take("B")
+        assert world.scene.held == "A"
         assert world.take("A").name == "A"
         assert world.scene.held is None
         with pytest.raises(BadRequest, match="there is no block 'A'"):
@@ -233,7 +248,15 @@ class TestBlocks:
 
     @pytest.mark.parametrize(
         "sizes",
-        [("", 1, 1), ("a b", 1, 1), ("A", float("nan"), 0), ("A", "1", 2), ("A", 1, 2, 0, -3)],
+        [
+            ("", 1, 1),
+            ("a b", 1, 1),
+            ("A", float("nan"), 0),
+            ("A", "1", 2),
+            ("A", 1, 2, 0, -3),
+            ("A", 1, 2, 0, 1, 0),
+            ("A", True, 2),
+        ],
     )
     def test_impossible_blocks_are_refused(self, sizes):
         with pytest.raises(BadRequest):
