@@ -22,6 +22,7 @@ from armdrive.sim.mechanics.motors import MotorDrive, SwitchState
 from armdrive.sim.wire import DeviceLine, TimeQueue, WireDevice
 from armdrive.sim.world import World
 from armdrive.sim.world.saved import Json, require_counts, unfit, world_to_json
+from armdrive.status import pose_view
 from armdrive.text.toml import plain, rule_of, section_of, setting
 from firmware_protocol.fields import INT16_MAX, INT16_MIN
 from kinematics.errors import did_you_mean
@@ -437,17 +438,12 @@ def _parsed(row: Field[Any], text: str) -> Value:
 
 # --- The report: the whole state, physical and commanded, for people and programs ----------------
 
-_MM_DIGITS = 3
-_DEG_DIGITS = 3
+_DIGITS = 3
 
 
 def state_json(device: SimDevice) -> dict[str, Json]:
     """Return the state as plain data; lengths in mm, angles in degrees, forces in N."""
-    world = device.world
-    pose, scene = world.pose, world.scene
-    joints: dict[str, Json] = {
-        name: round(angle, _DEG_DIGITS) for name, angle in world.joints.deg.items()
-    }
+    world, scene = device.world, device.world.scene
     return {
         "powered": device.powered,
         "energised": world.energised,
@@ -455,17 +451,10 @@ def state_json(device: SimDevice) -> dict[str, Json]:
         "busy": device.busy,
         "registers": list(device.registers),
         "motors": list(world.motors),
-        "joints_deg": joints,
-        "pose": {
-            "x_mm": round(pose.x_mm, _MM_DIGITS),
-            "y_mm": round(pose.y_mm, _MM_DIGITS),
-            "z_mm": round(pose.z_mm, _MM_DIGITS),
-            "pitch_deg": round(pose.pitch_deg, _DEG_DIGITS),
-            "roll_deg": round(pose.roll_deg, _DEG_DIGITS),
-            **({} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, _DEG_DIGITS)}),
-        },
-        "opening_mm": round(world.opening_mm, _MM_DIGITS),
-        "grip_force_n": round(world.grip_force_n, _MM_DIGITS),
+        "joints_deg": {name: round(angle, _DIGITS) for name, angle in world.joints.deg.items()},
+        "pose": plain(pose_view(world.pose)),
+        "opening_mm": round(world.opening_mm, _DIGITS),
+        "grip_force_n": round(world.grip_force_n, _DIGITS),
         "inputs": device.inputs,
         **device.board.details(),
         "stalled": [motor + 1 for motor in sorted(world.stalled)],

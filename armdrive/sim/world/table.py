@@ -412,9 +412,8 @@ class GripScene:
                     self._touching.discard(name)
 
     def _knock(self, name: str, push: Point, how: str, time_s: float) -> Iterator[Incident]:
-        """Push a block aside, and report it once for each contact; other hands hold theirs."""
-        if name not in self._table.carried():
-            self._table.shift(name, (push[0], push[1], 0.0))
+        """Push a block aside, and report it once for each contact."""
+        self._table.shift(name, (push[0], push[1], 0.0))
         if name not in self._touching:
             self._touching.add(name)
             yield Incident(IncidentKind.KNOCK, name, f"block {name} {how}", time_s)

@@ -228,6 +228,9 @@ class TestBlocks:
         assert kinds(world) == [IncidentKind.KNOCK]
         assert world.incidents[0].what == "B"
         assert block(world, "B").y_mm < -70
+        for y in (-30, -60, -70):
+            reach(world, 250, y, 35)
+        assert kinds(world) == [IncidentKind.KNOCK] * 2
 
     def test_a_held_block_pressed_into_the_table_is_an_incident(self):
         world = holding(z_mm=25)
@@ -319,6 +322,7 @@ def test_a_block_held_when_saved_is_still_carried():
     again = world_from_json(world_to_json(lived_in()), BODY)
     before = again.scene.blocks["A"].place
     again.drive((100, 0, 0, 0, 0, 0))
+    assert again.incidents == lived_in().incidents
     assert again.scene.blocks["A"].place != before
     assert again.scene.blocks["A"].z_mm == pytest.approx(before[2])
 
