@@ -35,11 +35,13 @@ from armdrive.tasks import (
     SwitchOn,
     Timeout,
 )
+from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     COUNTS_S_PER_RPM,
     Calibrate,
     Code,
+    EncoderRead,
     Home,
     HomingState,
     Mode,
@@ -84,6 +86,18 @@ def test_abilities_are_those_of_the_oldest_firmware(firmware, settings, taken_fo
     assert bench.do(ReadSettings()).firmware == taken_for
     assert bench.controller.abilities.queued_segments == queued
     assert bench.controller.abilities.coordinated == bool(queued)
+
+
+def test_a_drive_too_many_that_has_the_id_of_another_is_named():
+    bench, another = MksBench(starts=STARTS), pack(encode(3, EncoderRead(500)))
+
+    def both_answer(frame, host):
+        if host and (frame.can_id, frame.data[0]) == (3, Code.ENCODER):
+            bench.say(another)
+        return False
+
+    bench.loses = both_answer
+    assert "more than one drive answers to the id 3" in denied(bench.do(ReadPosition()))
 
 
 def left_by_an_earlier_program(request_) -> MksBench:

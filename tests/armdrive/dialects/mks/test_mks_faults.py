@@ -390,6 +390,8 @@ def test_a_drive_that_fails_ends_the_motion_of_all_and_is_named(name, settings):
     assert bench.now_s < began_s + 2.0
     assert settings == {} or not requests(bench, MoveAbsoluteAxis, node=1, since_s=began_s)
     bench.check_stands()
+    bench.do(ReadPosition())
+    assert len(bench.alerts()) == 1  # all are taken to be where they stand
 
 
 @pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31])
@@ -399,6 +401,14 @@ def test_a_wrist_motor_that_rejects_orders_stops_the_other_one_at_once(after_s):
     stood = bench.positions
     check_blamed(bench, "drive 4 (right wrist)")
     assert abs(bench.positions[4] - stood[4]) <= 20_000 * 0.2
+
+
+def test_a_drive_that_goes_on_after_the_stop_is_named():
+    bench = begun(straight(30), 0.3)
+    bench.node(2).receive(encode(2, MoveAbsoluteAxis(5_000_000, 600, 236)))
+    deaf_to = (Code.ABSOLUTE_AXIS, Code.EMERGENCY_STOP)
+    bench.loses = lambda frame, host: host and frame.can_id == 2 and frame.data[0] in deaf_to
+    assert bench.finish().reason == "drive 2 (shoulder) did not come to rest after a stop"
 
 
 def test_a_drive_that_says_nothing_when_it_rejects_a_burst_is_found():
