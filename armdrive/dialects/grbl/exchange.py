@@ -237,7 +237,7 @@ class GrblExchange:
             answer = yield from self._one_line(FLUSH_LINE)
             answered |= answer is not None
             if isinstance(answer, Acknowledged):
-                yield from self.io.pause(self.io.now_s + REPORT_TIMEOUT_S)
+                yield from self.io.pause(self.io.now_s + self.settings.answer_s)
             elif answer is not None:
                 break
         return answered

@@ -238,7 +238,7 @@ class GrblMotion:
         if self.io.stop_asked and self.io.stop_hard:
             kept = yield from self.stops.kill(self.lines)
         elif self.request.jog:
-            kept = yield from self.stops.cancel_jog(self.lines)
+            kept = yield from self.stops.cancel_jog()
         else:
             kept = yield from self.stops.hold()
         return self._silence_of_mute() if self.exchange.mute else Halted(kept)

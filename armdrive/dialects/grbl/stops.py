@@ -186,7 +186,7 @@ class GrblStops:
             yield from self.outputs.restore()
         return kept
 
-    def cancel_jog(self, lines: InFlightLines) -> Script[HostEvent, bool]:
+    def cancel_jog(self) -> Script[HostEvent, bool]:
         """End a jog and keep the position; return False if steps may be lost.
 
         If the board still jogs after `RESEND_S`, the cancel may be lost, or a line came after it: a
@@ -211,6 +211,4 @@ class GrblStops:
                 break
             elif self.board.state in (*LINES_IGNORED, State.ALARM, State.RUN):
                 break
-        if self.io.stop_hard:
-            return (yield from self.kill(lines))
         return (yield from self.hold())

@@ -4,7 +4,7 @@ import re
 
 import pytest
 from amounts import amount
-from faults import Rule, becoming, honest, instead, lost, without_byte
+from faults import Rule, becoming, honest, instead, late_by, lost, without_byte
 from grbl_arm import (
     FIRMWARES,
     begin_jog,
@@ -35,6 +35,21 @@ def test_a_refused_motion_spoils_no_later_one(firmware):
         arm.controller.fix_settings(["$99=1"])
     arm.move_j(base_deg=10)
     assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_late_ok_of_a_jog_answers_no_later_line():
+    arm = ready()
+    arm.jogging.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+    arm.sleep(0.5)
+    arm.twin.link.back.append(Rule(rb"ok|error", late_by(0.3), times=1e9))
+    sent = len(arm.twin.link.motions)
+    while len(arm.twin.link.motions) == sent:
+        arm.sleep(0.002)
+    arm.jogging.release()
+    while arm.status.state is not State.STANDBY:
+        arm.sleep(0.005)
+    with pytest.raises(ArmError, match="error 3"):
+        arm.controller.fix_settings(["$99=1"])
 
 
 def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():
