@@ -113,7 +113,6 @@ class GrblMotion:
             if self.io.stop_asked or self.request.released():
                 return (yield from self._halt())
             if self.request.held_back():
-                self.rests = True
                 if self.lines.empty:
                     return Done(unsent=int(self.drawn is not None))
             else:

@@ -207,8 +207,7 @@ class HardLimits:
 
     def plan(self, board: GrblBoard) -> None:
         """Compute when to check next."""
-        limited = _in_force(board) and board.state is not State.HOME
-        if not (limited and board.drive.moving) or board.critical:
+        if not (_in_force(board) and board.drive.moving):
             self.due_s = math.inf
         elif math.isinf(self.due_s):
             self.due_s = board.now_s + TICK_S
@@ -498,13 +497,9 @@ class GrblBoard(Board):
         self.critical = self.holds_next = self.stalls = False
         self.unread.forget()
         self.again = []
-        self.unhomed = set()
-        self.cycle.forget()
         self.state = State.IDLE
         self.deaf_until_s = -math.inf
         self.current.off_s = math.inf
-        self.codec.discard()
-        self.ring.clear()
         self.outputs.on.clear()
         self.fingers.forget()
 

@@ -120,15 +120,13 @@ def run_path(board: GrblBoard, line: str) -> int | None:
     if found is None or paths is None:
         return None
     path, value = found[1].lower(), found[2]
-    common, number = paths.common(path, board.axes)[0], paths.number(path, board.axes)
-    if value is None and common in paths.fixed:
-        board.say(Setting(f"/{path}", f"{paths.fixed[common]:.3f}"))
+    number, fixed = paths.find(path, board.axes)
+    if value is None and (number is not None or fixed is not None):
+        shown = f"{fixed:.3f}" if number is None else board.settings.written()[number]
+        board.say(Setting(f"/{path}", shown))
         return 0
     if number is None:
         return RefusalNumber.UNKNOWN
-    if value is None:
-        board.say(Setting(f"/{path}", board.settings.written()[number]))
-        return 0
     if board.state not in _STILL:
         return RefusalNumber.NOT_IDLE
     try:

@@ -85,19 +85,15 @@ class SettingPaths:
     changeable: tuple[int, ...]
     """The numbers of settings that can be changed as on GRBL (`$10=3`)."""
 
-    def number(self, path: str, axes: str) -> int | None:
-        """Return the number of the setting at a path, or None if there is none."""
-        common, axis = self.common(path, axes)
-        number = self.numbers.get(common)
-        per_axis = number is not None and number >= keys.STEPS_PER_UNIT
-        return number + axis if number is not None and per_axis else number
-
-    def common(self, path: str, axes: str) -> tuple[str, int]:
-        """Return a path with `{}` in place of its axis, and the axis."""
-        found = _AXIS_PATH.fullmatch(path)
-        if found is None or found[1].upper() not in axes:
-            return path, 0
-        return f"axes/{{}}/{found[2]}", axes.index(found[1].upper())
+    def find(self, path: str, axes: str) -> tuple[int | None, float | None]:
+        """Return the number of the setting at a path, or else what is fixed there."""
+        found, axis = _AXIS_PATH.fullmatch(path), 0
+        if found is not None and found[1].upper() in axes:
+            path, axis = f"axes/{{}}/{found[2]}", axes.index(found[1].upper())
+        number = self.numbers.get(path)
+        if number is not None and number >= keys.STEPS_PER_UNIT:
+            number += axis
+        return number, self.fixed.get(path)
 
 
 _AXIS_PATH = re.compile(r"axes/([a-z])/([\w/]+)")
