@@ -11,7 +11,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from armdrive.dialects.controller import Controller
@@ -32,10 +32,8 @@ from armdrive.tasks import (
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.link import Link, closed_link
 
-# The time limit of calls that move nothing: connecting, resetting, reading the position. The engine
-# enforces it, whatever arrives on the wire, so that no controller has to.
-
-# Time limit of a call that moves nothing.
+# The time limit of a call that moves nothing: connecting, resetting, reading the position. The
+# engine enforces it, whatever arrives on the wire, so that no controller has to.
 #
 # Twice the slowest first contact: a GRBL board may take 4 s to start and is then reset up to three
 # times, 2 s each. The second half allows for one attempt that is lost to noise.
@@ -45,17 +43,16 @@ CALL_LIMIT_S = 20.0
 DEVICE_TIMEOUTS = ("answer_margin_s", "answer_s", "boot_s", "report_timeout_s")
 
 
-def call_limit_s(device: object) -> float:
+def call_limit_s(device: Any) -> float:
     """Return the call limit for an arm, given its dialect's settings.
 
     The limit grows with the longest of the device's timeouts, relative to its default. Otherwise an
     arm file that allows a slow device three times as long could never connect.
     """
-    longer = 1.0
-    for each in fields(device) if hasattr(device, "__dataclass_fields__") else ():  # type: ignore[arg-type]
-        if each.name in DEVICE_TIMEOUTS and isinstance(each.default, float) and each.default > 0.0:
-            longer = max(longer, getattr(device, each.name) / each.default)
-    return CALL_LIMIT_S * longer
+    usual = type(device)()
+    own = [name for name in DEVICE_TIMEOUTS if hasattr(usual, name)]
+    longer: list[float] = [getattr(device, name) / getattr(usual, name) for name in own]
+    return CALL_LIMIT_S * max([1.0, *longer])
 
 
 # The engine itself.

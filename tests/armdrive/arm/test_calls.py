@@ -10,7 +10,7 @@ from faults import ready_arm, sim_config
 from pages import DOCS
 
 import armdrive
-from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
+from armdrive import Arm, InputTimeout, LinkLost, State
 from armdrive import arm as arm_module
 from armdrive.arm import device as signalling
 from armdrive.errors import BadRequest, Refused, WrongState
@@ -144,14 +144,6 @@ def test_a_wait_in_a_pause_that_nobody_can_end_is_given_up(monkeypatch):
     arm.pause()
     with pytest.raises(WrongState, match="has been paused for 20 s, so this call was cancelled"):
         arm.io.wait(high=1, within_s=2.0)
-
-
-def test_a_stop_ends_the_wait():
-    arm = ready_arm()
-    later(arm, 1.0, arm.request_stop)
-    with pytest.raises(Stopped, match="waited for inputs"):
-        arm.io.wait(high=1, within_s=60.0)
-    assert arm.parts.core.readings.awaiting == 0
 
 
 def test_a_lost_wire_ends_the_wait():

@@ -18,7 +18,7 @@ from armdrive.config.sections import Connection
 from armdrive.connect import port as mending
 from armdrive.connect.control_socket import answered
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.port import PAUSES_S, NewLink, PortOpening, Reconnector
+from armdrive.connect.port import PAUSES_S, NewLink, PortOpening, Reconnector, lock_names
 from armdrive.connect.target import find, simulated_config
 from armdrive.errors import NoAnswer, NoSuchPort, NotReferenced, PortInUse, PortUnavailable
 from armdrive.moves import Jog, Space
@@ -494,11 +494,11 @@ class TestFinding:
 
     def test_an_arm_file_may_give_the_number_alone(self, plugged):
         config = find("/dev/ttyUSB0", dialect_name="teachmover").config
-        wiring = PortOpening(
-            replace(config, connection=Connection("teachmover", usb_serial=NUMBER))
-        )
+        config = replace(config, connection=Connection("teachmover", usb_serial=NUMBER))
+        wiring = PortOpening(config)
         with pytest.raises(NoSuchPort):
             wiring.open()
+        assert lock_names(config) == (config.name,)  # whoever holds it can be reached
         plugged["/dev/no-such-port"] = NUMBER
         assert wiring.find() == "/dev/no-such-port"
         with pytest.raises(PortUnavailable, match="/dev/no-such-port"):

@@ -544,3 +544,11 @@ def test_orders_of_other_arms_may_be_late():
         arm.home()
         arm.move_j(base_deg=10.0)
         assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.5)
+
+
+def test_the_drives_of_a_closed_arm_hold_without_an_alarm(arm):
+    """The last frames end the watch for a heartbeat that stays away from now on."""
+    began_s = arm.parts.pace.now_s()
+    arm.close()
+    arm.twin.link.line.advance(began_s + 2.0)
+    assert not any(node.states.watch_stops for node in arm.twin.device.board.nodes)

@@ -26,7 +26,7 @@ from armdrive.programs.running import Performer
 from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime import overrides
 from armdrive.runtime.clock import RealPace, SimulatedClock, SimulatedPace
-from armdrive.runtime.engine import CALL_LIMIT_S, Engine, call_limit_s
+from armdrive.runtime.engine import CALL_LIMIT_S, LAST_STEPS, Engine, call_limit_s
 from armdrive.runtime.overrides import NAPS
 from armdrive.sim.simulated_arm import SimulatedArm
 from armdrive.status import Current, State
@@ -320,6 +320,10 @@ def test_a_background_poll_times_out_without_using_the_next_calls_time():
         arm.io.read()
     assert pace.now_s() - began_s <= CALL_LIMIT_S + 0.05
     assert arm.status.state is State.ERROR_STOP
+    began_s = pace.now_s()
+    with pytest.raises(ArmError):  # no answer to what was given up keeps the next call waiting
+        arm.reset()
+    assert pace.now_s() - began_s <= CALL_LIMIT_S + 0.05
 
 
 def test_time_in_which_the_motion_of_another_call_is_waited_for_does_not_count():
@@ -352,7 +356,6 @@ def test_an_arm_file_that_has_its_device_waited_for_longer_gets_more_time():
     assert call_limit_s(settings) == CALL_LIMIT_S
     assert call_limit_s(replace(settings, boot_s=3.0 * settings.boot_s)) == 3.0 * CALL_LIMIT_S
     assert call_limit_s(replace(settings, boot_s=0.5)) == CALL_LIMIT_S
-    assert call_limit_s(None) == CALL_LIMIT_S
 
 
 @pytest.mark.parametrize("kind", ["silent", "flooding with noise", "dripping"])
@@ -542,6 +545,22 @@ def test_a_task_that_loops_without_waiting_is_ended():
     arm = ready_arm()
     with pytest.raises(ArmError, match="without waiting"):
         run_blocking(arm.parts.runner.perform(restless(arm.parts.pace.now_s() - 1.0)))
+    assert arm.move_j(base_deg=2).joints.deg["base"] == pytest.approx(2.0, abs=0.05)
+
+
+def stubborn(raised):
+    while True:
+        try:
+            yield SleepUntil(math.inf)
+        except NoAnswer as error:
+            raised.append(error)
+
+
+def test_a_task_that_goes_on_after_its_time_is_ended():
+    arm, raised = ready_arm(), []
+    with pytest.raises(NoAnswer, match=r"within 1\.0 s"):
+        run_blocking(arm.parts.runner.perform(stubborn(raised), 1.0))
+    assert len(raised) == LAST_STEPS
     assert arm.move_j(base_deg=2).joints.deg["base"] == pytest.approx(2.0, abs=0.05)
 
 

@@ -13,7 +13,6 @@ from multiprocessing.connection import Connection
 import pytest
 from waiting import looks, soon
 
-from armdrive import Arm
 from armdrive.connect.control_socket import serve, serve_stop
 from armdrive.errors import ArmError, ArmInUse, HolderError
 from armdrive.storage import arm_lock
@@ -288,15 +287,6 @@ def test_the_leftovers_of_a_killed_program_are_recognised(arm):
     serve(holding, arm.parts.connection)
     assert ask_holder("bench", "status")["state"] == "standby"
     holding.release()
-
-
-def test_closing_an_arm_gives_it_back():
-    arm = Arm.connect("sim:teachmover")
-    holding = hold("bench")
-    serve(holding, arm.parts.connection)
-    arm.parts.connection.closers.append(holding.release)
-    arm.close()
-    hold("bench").release()
 
 
 class HungUp(Connection):
