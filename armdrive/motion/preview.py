@@ -130,27 +130,16 @@ class NearestGoal:
 
 def instead_of(ground: Ground, move: SingleMove, refusal: ArmError | None) -> NearestGoal | None:
     """Return an alternative to a refused absolute move; None if nothing is possible."""
-    for each in _alternatives(ground, move, getattr(refusal, "nearest", None)):
-        try:
-            plan = prepare(each, ground).plan
-        except (ArmError, KinematicsError):
-            continue
-        if plan is not None:
-            joints = plan.end.joints
-            return NearestGoal(ground.config.model.arm.fk(joints), joints)
-    return None
-
-
-def _alternatives(ground: Ground, move: SingleMove, near: Pose | None) -> Iterator[SingleMove]:
-    arm, here = ground.config.model.arm, ground.here.joints
+    arm, here, near = ground.config.model.arm, ground.here.joints, getattr(refusal, "nearest", None)
     if isinstance(move, JointMove) and isinstance(move.goal, Joints):
         limits = zip(arm.limits, move.goal, strict=True)
         within = Joints(tuple(each.clamp(angle) for each, angle in limits), move.goal.names)
         near = nearest_goal(ground.config, arm.fk(within), here)
-    if near is not None:
-        if isinstance(move, LineMove):
-            yield LineMove(near, move.speed)
-        yield PoseMove(near)
+    try:
+        plan = None if near is None else prepare(PoseMove(near), ground).plan
+    except (ArmError, KinematicsError):
+        return None
+    return None if plan is None else NearestGoal(arm.fk(plan.end.joints), plan.end.joints)
 
 
 # The postures at a goal: which one a motion takes, and why not the others.
