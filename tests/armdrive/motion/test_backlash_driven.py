@@ -24,10 +24,12 @@ from armdrive.connect.parts import connect_simulated
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.registry import simulate
 from armdrive.registry.arm_files import parse_arm
+from armdrive.runtime.backlash import Slack
 from armdrive.sim.world.table import TableBlock
 from armdrive.status import State, Trust
 from armdrive.storage.record import RecordFile
 from armdrive.tasks import MoveAlong, MoveBy
+from firmware_protocol.teachmover import Key
 from kinematics import Joints
 
 every_kind = pytest.mark.parametrize(
@@ -202,6 +204,24 @@ def test_fingers_that_a_motor_with_backlash_pulls_measure_what_they_hold():
         assert arm.gripper.grasp() == pytest.approx(30.0, abs=0.3)
         arm.gripper.open()
     assert off_steps(arm) == 0
+
+
+def test_a_stop_that_may_have_come_on_either_side_of_a_reversal_is_suspect(monkeypatch):
+    arm, see = arm_with_play("teachmover"), Slack.see
+
+    def ambiguous(slack, made):
+        driven = see(slack, made)
+        slack.vague = True
+        return driven
+
+    handle = arm.move_j(base_deg=30.0, wait=False)
+    arm.sleep(0.5)
+    monkeypatch.setattr(Slack, "see", ambiguous)
+    arm.twin.device.board.press(Key.STOP)
+    with pytest.raises(ArmError):
+        handle.wait()
+    assert arm.status.trust is Trust.SUSPECT
+    assert "stopped while reversing" in arm.status.trust_reason
 
 
 # -- References ------------------------------------------------------------------------------------

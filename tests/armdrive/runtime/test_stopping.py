@@ -78,6 +78,41 @@ def test_a_call_in_error_stop_is_refused_by_its_own_name_and_says_what_to_do_fir
     )
 
 
+def test_a_moving_arm_is_neither_switched_off_nor_reset():
+    """Not even once it stands: the caller no longer expects it then."""
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=20.0, wait=False)
+    arm.sleep(0.3)
+    for call in (arm.disable, arm.reset):
+        with pytest.raises(WrongState, match="not possible while the arm is moving"):
+            call()
+    handle.wait()
+    arm.sleep(1.0)
+    assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.REFERENCED)
+
+
+def test_an_arm_that_cannot_be_enabled_is_closed_and_a_closed_one_is_not_used_again():
+    arm = Arm.connect("sim:mks")
+    arm.twin.faults.add("mute")
+    with pytest.raises(ArmError, match="no answer"), arm:
+        pytest.fail("it was entered")
+    assert arm.closed
+    with pytest.raises(WrongState, match="closed for good"), arm:
+        pytest.fail("it was entered")
+
+
+WAITING = [lambda arm: arm.sleep(2.0), lambda arm: arm.io.wait(high=1, within_s=2.0)]
+
+
+@pytest.mark.parametrize("wait", WAITING)
+def test_nothing_goes_on_by_itself_after_a_suspension(wait):
+    arm = ready_arm()
+    device = arm.twin.device
+    device.at(device.now_s + 0.5, lambda: arm.parts.engine.suspended(100.0))
+    with pytest.raises(Stopped, match="was suspended: after a suspension, nothing continues"):
+        wait(arm)
+
+
 # -- Stops -----------------------------------------------------------------------------------------
 
 
