@@ -283,9 +283,8 @@ class Machine:
         """The names that it has set so far, for the next entry at a prompt."""
         known, state = self.program.context, self._state
         own = self.program.tree.defines
-        opening = None if state.moved else state.opening
         lines = self.program.lines
-        return Context(known.but(own), dict(state.variables), state.speed, opening, lines)
+        return Context(known.but(own), dict(state.variables), state.speed, state.opening, lines)
 
     def next(self) -> RunStage | None:
         """Return the present act, the same until it is answered; None at the end.
@@ -455,7 +454,7 @@ def _another_round(line: Repeat, frame: Frame, context: LineContext) -> bool:
         frame.rounds = int(number(context.values((line.count,), (COUNT,))[0]))
     if frame.rounds is not None and frame.begun >= frame.rounds:
         return False
-    if not frame.begun or frame.rounds is not None or line.variable:
+    if frame.rounds is not None or line.variable:
         frame.begun += 1  # endless rounds that nothing counts all have the same state
     context.store(float(frame.begun))
     return True

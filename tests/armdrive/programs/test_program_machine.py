@@ -64,11 +64,12 @@ def test_stacking_ends_when_there_is_nothing_left():
 
 
 def test_an_act_knows_its_line_and_an_error_the_calls_that_led_to_it():
-    text = "define outer()\ninner()\nend\ndefine inner()\nready\nexpect off\nend\nouter()"
+    inner = "define inner()\nready\nexpect off\nend"
+    text = f"define outer()\ninner()\nend\n{inner}\nif on\nouter()\nend"
     machine = started(text)
     assert machine.next().mark.line == 5
     machine.answer(None)
-    with pytest.raises(ProgramError, match="called in line 2, called in line 8"):
+    with pytest.raises(ProgramError, match="does not hold, called in line 2, called in line 9\n"):
         machine.next()
 
 
@@ -178,6 +179,10 @@ def test_a_damaged_state_is_refused(key, value):
 
 WAYS = {
     "the next round": ("repeat 3 as n\nif n == 2\ncontinue\nend\ntype n\nend", ["1", "3"]),
+    "rounds without an end are counted": (
+        "repeat as n\ntype n\nif n == 2\nbreak\nend\nend", ["1", "2"]),
+    "calls are deep, and the blocks around them are not": (
+        "define f(n)\nif n > 0\nf(n - 1)\nelse\ntype 7\nend\nend\nf(40)", ["7"]),
     "out of the inner loop": (
         "repeat 2 as n\nwhile on\nif on\nbreak\nend\nend\ntype n\nend", ["1", "2"]),
     "one loop after another": ("repeat 2\ntype 1\nend\nrepeat 2\ntype 2\nend", list("1122")),

@@ -72,6 +72,7 @@ def test_a_subprogram_can_be_replaced_and_needs_what_it_needed(prompt):
     for text in ("1", "2"):
         prompt("define f()", f"type {text}", "end")
     assert prompt("f()") == said("2")
+    assert [each.name for each in prompt.session.context.defines] == ["f"]
     with pytest.raises(ProgramError, match="'y' is not defined"):
         prompt("define f()", "x = y + 1", "end")
 
