@@ -12,6 +12,7 @@ from armdrive.cli.chosen_arm import connect_remembered, world_file
 from armdrive.cli.terminal_operator import TerminalOperator
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, Stopped
+from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
 from kinematics import preset
 
@@ -40,7 +41,13 @@ def test_a_person_is_led_through_and_confirms(call, typing):
     assert call("status", "--json", code=0).json["trust"] == "restored"
 
 
-ABORTED = [(), ("no", "ok", "done"), ("shoulder 5", "done"), ("ok", "quit"), ("ok", "shoulder 1")]
+ABORTED = [
+    (),
+    ("no", "ok", "done"),
+    ("shoulder 5", "done"),
+    ("ok", "quit", "done"),
+    ("ok", "shoulder 1"),
+]
 
 
 @pytest.mark.parametrize("lines", ABORTED)
@@ -56,6 +63,23 @@ def test_without_a_confirmation_nothing_is_referenced_and_before_a_clear_way_not
         assert "Step 2 of 3" not in said.out
         assert "Answer the questions in a terminal, or state where the arm is" in said.err
     assert call("status", "--json", code=0).json["pose"] is None
+
+
+def test_motors_that_are_off_are_switched_on_only_when_the_person_holds_the_arm(
+    call, typing, monkeypatch
+):
+    row = DIALECTS["armdroid"]
+    keys = f'dialect = "{row.name}"\nport = "/dev/ttyUSB0"\n'
+    write_arm_file("bench", f'model = "{row.preset}"\n[connection]\n{keys}')
+    device = SimulatedPorts(monkeypatch).put("/dev/ttyUSB0", row.name).device
+    device.world.energised = False
+    typing("ok", "", "no")
+    said = call("home", "--arm", "bench", code=3).out
+    assert "Hold the arm by hand until they are" in said
+    assert not device.world.energised
+    typing("ok", "on", "done")
+    assert "referenced: tip" in call("home", "--arm", "bench", code=0).out
+    assert device.world.energised
 
 
 def fault(name):
