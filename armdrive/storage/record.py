@@ -36,16 +36,13 @@ MOST_MOTORS = 64  # far more than any arm has
 STEPS_MOST = 10_000_000_000  # beyond any motor's travel; sums stay exact as floats
 COORDINATE_MOST = 1e6  # in rad or mm: far beyond any joint and any gripper
 
-_OPTIONAL = ("taken", "unsure")
-
 
 @dataclass(frozen=True, slots=True)
 class Record:
     """The last known position of one arm: motor registers, reference offset, and level of trust.
 
     For an arm with backlash, `taken` is each motor's position within its backlash, which is only
-    assumed for the motors in `unsure` (counted from 0). Without backlash both are empty, and left
-    out of the file.
+    assumed for the motors in `unsure` (counted from 0). Without backlash both are empty.
     """
 
     arm: str
@@ -77,11 +74,7 @@ class Record:
 
 def to_text(record: Record) -> bytes:
     """Return the text of a record."""
-    entries = asdict(record)
-    for name in _OPTIONAL:
-        if not entries[name]:
-            del entries[name]
-    return sealed(entries, FORMAT)
+    return sealed(asdict(record), FORMAT)
 
 
 def from_text(text: bytes) -> Record:

@@ -29,7 +29,6 @@ from armdrive import (
     BadArgument,
     BadRequest,
     Handle,
-    InputTimeout,
     Jog,
     JointPart,
     Joints,
@@ -45,7 +44,6 @@ from armdrive import (
     WaitTimeout,
 )
 from armdrive.aio import AsyncGripper
-from armdrive.arm import device
 from armdrive.arm.arguments import RULES
 from armdrive.arm.moving import Gripper
 from armdrive.connect.parts import connect_simulated
@@ -277,17 +275,6 @@ def test_a_world_of_a_test_takes_no_time_that_is_none(time_s):
     if time_s != -0.5:  # the origin of a clock is anywhere
         with pytest.raises(BadRequest, match=r"^now_s must be a finite"):
             SimulatedClock(time_s)
-
-
-def test_an_endless_limit_is_none(monkeypatch):
-    monkeypatch.setattr(device, "LONGEST_SIMULATED_WAIT_S", 20.0)  # the same in 400 readings
-    arm = bench()
-    arm.parts.core.readings.inputs = 0
-    assert done().wait(timeout_s=math.inf)
-    with pytest.raises(InputTimeout, match="waited 20 s"):
-        arm.io.wait(high=1, within_s=math.inf)
-    with pytest.raises(InputTimeout, match="waited 0 s"):
-        arm.io.wait(high=1, within_s=0)
 
 
 @every_row("kind", [Arm, Gripper, Handle, AsyncArm, AsyncHandle, Points])
