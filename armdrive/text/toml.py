@@ -141,15 +141,11 @@ def check_settings(section: Any, where: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class TomlTable:
-    """One table of a file, where it stands in it, and where faults are noted.
-
-    `is_one` is false where something else stands in the place of a table: nothing is missing in it.
-    """
+    """One table of a file, where it stands in it, and where faults are noted."""
 
     entries: Mapping[str, Any]
     where: str
     problems: Problems
-    is_one: bool = True
 
     def at(self, key: str) -> str:
         """Return where a key of this table stands."""
@@ -176,15 +172,12 @@ class TomlTable:
 
     def table(self, key: str) -> TomlTable:
         """Return a table in this table, which is empty where it is missing or no table."""
-        inside = self.value(key, require_table, None)
-        is_one = inside is not None or key not in self.entries
-        return TomlTable(inside or {}, self.at(key), self.problems, is_one)
+        return TomlTable(self.value(key, require_table, {}), self.at(key), self.problems)
 
-    def rows(self, key: str, example: str = "") -> list[TomlTable]:
+    def rows(self, key: str) -> list[TomlTable]:
         """Return the tables of an array `[[key]]`, without those that are no tables."""
         where = self.at(key)
-        shown = example or f"[[{where}]]"
-        listed = self.value(key, lambda rows, _: require_list(rows, where, shown), [])
+        listed = self.value(key, lambda rows, _: require_list(rows, where, f"[[{where}]]"), [])
         tables = []
         for index, row in enumerate(listed, 1):
             at = f"{where}[{index}]"
@@ -204,7 +197,7 @@ class TomlTable:
         names = list(names)
         table.allow(names)
         missing = [name for name in names if name not in table.entries]
-        if missing and table.is_one and all_since is not None:
+        if missing and all_since is not None:
             self.problems.note(f"[{table.where}] is missing {', '.join(missing)}{all_since}")
         found = {name: table.value(name, read, None) for name in names}
         return {name: value for name, value in found.items() if value is not None}
@@ -233,7 +226,7 @@ class TomlTable:
         values = dict(own or {})
         values |= {name: each for name, each in given.items() if each is not MISSING}
         missing = [name for name in needed if name not in {*values, *given}]
-        if missing and self.is_one:
+        if missing:
             name = f"[{self.where}]" if self.where else "it"
             self.problems.note(f"{name} is missing {', '.join(missing)}")
         if not values.keys() >= set(needed):

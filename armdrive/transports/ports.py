@@ -22,7 +22,7 @@ from armdrive.errors import (
     PortUnavailable,
 )
 from armdrive.errors.printable import reason_of
-from armdrive.transports.address import BITRATE, ON_SERIAL, CanAddress, is_can
+from armdrive.transports.address import BITRATE, CanAddress, is_can
 from kinematics.errors import suggestion
 
 if sys.platform != "win32":
@@ -441,10 +441,6 @@ def can_refusal(address: CanAddress, error: BaseException) -> PortUnavailable:
             f"python-can's interface {address.interface} lacks what it needs ({text}): run `pip "
             f"install 'python-can[{address.interface.replace('_', '-')}]'`, or install its "
             "driver's library (of gs_usb: libusb)"
-        )
-    if not address.channel and (address.interface in ON_SERIAL or "channel" in text):
-        return PortUnavailable(
-            f"{address} names no channel: write can:{address.interface}:CHANNEL. {SLCAN_OR_NOT}"
         )
     if address.device and any(isinstance(cause, OSError) for cause in causes(error)):
         found = refusal(address.device, error)

@@ -173,7 +173,6 @@ GS_USB = "can:gs_usb:0"
         (GS_USB, ValueError("No backend available"), PortUnavailable, "libusb"),
         (GS_USB, ModuleNotFoundError("usb"), PortUnavailable, r"install 'python-can\[gs-usb\]'"),
         ("can:kvaser:0", NameError("canGetNumber"), PortUnavailable, "driver's library"),
-        ("can:pcan:", ValueError("the channel is missing"), PortUnavailable, "names no channel"),
         ("can:pcan:X", RuntimeError(), PortUnavailable, "RuntimeError"),
         ("can:slcan:/dev/ttyACM0", OSError(errno.EBUSY, "no"), PortInUse, "is in use"),
     ],

@@ -124,7 +124,7 @@ class TestOpening:
             wanted = re.escape(f"{plain} names no bit rate") + f".*{re.escape(plain)}[?]bitrate"
             with pytest.raises(PortUnavailable, match=wanted):
                 open_link(f"{plain}{options}", 0)
-        with pytest.raises(PortUnavailable, match="names no channel"):
+        with pytest.raises(PortUnavailable, match="check its channel"):
             open_link("can:slcan:?bitrate=500000", 0)
 
 
