@@ -19,7 +19,7 @@ from armdrive.setup.filing import after_writing, checked, files_of, write
 from armdrive.setup.interview import Interview
 from armdrive.setup.questions import homing_order
 from armdrive.setup.templates import TEMPLATES
-from kinematics import Joints, preset
+from kinematics import preset
 
 FIVE = ["base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"]
 OWN = {
@@ -132,16 +132,6 @@ def test_an_arm_that_was_measured_is_no_template(tmp_path):
     assert config.model.verified
     turn = config.model.transmission.motors[0].steps_per_unit * math.tau
     assert turn == pytest.approx(200 * 16 * 30)
-
-
-def test_a_link_table_is_the_arm_that_it_describes(tmp_path):
-    config = loaded(tmp_path, "own")
-    ours, known = config.model.arm, preset("teachmover").arm
-    joints = Joints((0.1, 0.4, -0.9, -0.3, 0.2))
-    assert ours.fk(joints).x_mm == pytest.approx(known.fk(joints).x_mm)
-    assert ours.fk(joints).z_mm == pytest.approx(known.fk(joints).z_mm)
-    assert ours.fk(joints).pitch_deg == pytest.approx(known.fk(joints).pitch_deg)
-    assert config.model.gripper_range_mm == (0.0, 76.0)
 
 
 def test_a_model_file_or_a_urdf_is_taken_over_with_its_limits(tmp_path):
@@ -345,4 +335,5 @@ def test_an_own_arm_on_such_drives_counts_increments():
     config = checked(files("own", links), "bench")
     turn = config.model.transmission.motors[0].steps_per_unit * math.tau
     assert turn == pytest.approx(10_000 * 5)
+    assert config.model.gripper_range_mm == (0.0, 76.0)
     assert config.device.ids == (1, 2, 3, 4, 5, 6)

@@ -12,8 +12,6 @@ from armdrive.dialects.bus.tools import (
     Answers,
     Listened,
     Survey,
-    frame_scripts,
-    listen,
     of_nobody,
 )
 from armdrive.dialects.cia402 import survey as canopen
@@ -294,15 +292,6 @@ def test_a_bus_that_a_canopen_master_commands_is_left_alone_and_it_is_quoted():
         3: NodeState.OPERATIONAL, 4: NodeState.STOPPED
     }  # fmt: skip
     assert not any_problem(can_findings.of_listening(Listened(beats), 1.0, 500_000))
-
-
-def test_listening_knows_the_masters_beat():
-    frames = (Heartbeat(127, NodeState.OPERATIONAL).frame, Heartbeat(3, NodeState.STOPPED).frame)
-    bus, scripts = NodesBus(), frame_scripts()
-    bus._coming = [(0.05, pack(frame)) for frame in frames]
-    look = partial(listen, scripts.io, partial(prober.is_command, master=127), 0.1)
-    heard = carry_out(scripts, look, bus, DialogClock())
-    assert heard == Listened(frames, frames[:1])
 
 
 # Against an arm file, and as plain data.

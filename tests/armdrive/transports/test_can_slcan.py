@@ -6,8 +6,9 @@ import sys
 import threading
 from pathlib import Path
 
+import can
 import pytest
-from waiting import soon
+from waiting import soon, until
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -44,12 +45,14 @@ def opened(served):
     link.close()
 
 
-def test_frames_pass_and_are_answered(served, opened):
+def test_frames_pass_and_are_answered(served, opened, monkeypatch):
+    monkeypatch.setattr(can_slcan, "MOST_LINES", 10)
     assert opened.description == f"can:slcan:{served.server.address} at 500 kbit/s"
     sent = [Frame(each, bytes(range(each))) for each in range(9)]
     opened.write(b"".join(map(pack, sent)), 0.0)
     assert frames_of(opened, 9) == [Frame(each.can_id + 1, each.data) for each in sent]
     assert (opened.health.received, opened.health.refused) == (9, 0)
+    assert len(opened._bus._received_lines) <= 10
 
 
 def test_closing_while_the_interpreter_ends_starts_no_thread(opened, monkeypatch):
@@ -110,8 +113,11 @@ class TestOpening:
             with pytest.raises(NoConnection, match="which no slcan adapter does"):
                 open_link(where, 0)
             answering.join(LONG_S)
-        with contextlib.closing(open_link(f"{where}&sleep_after_open=0", 0)):
-            pass
+        with (
+            contextlib.closing(open_link(f"{where}&sleep_after_open=0", 0)) as link,
+            pytest.raises(can.CanTimeoutError),  # nobody reads it
+        ):
+            link._bus._put(bytes(1_000_000), 0.05)
         port.close()
 
     def test_a_port_that_is_not_there_and_a_bit_rate_that_none_has(self, served):
@@ -137,6 +143,14 @@ class TestLosses:
             assert link.health.refused >= 1
         assert served.drive.heard == []
 
+    def test_an_adapter_that_refused_a_frame_and_takes_the_next_is_no_loss(
+        self, opened, monkeypatch
+    ):
+        monkeypatch.setattr(can_link, "WATCH_PATIENCE_S", LONG_S)
+        for line, state in ((b"\a", BusState.PASSIVE), (b"z", BusState.ACTIVE)):
+            opened._bus._take(line)
+            until(lambda state=state: opened.health.state is state)
+
     def test_bus_off_is_told_and_reopening_mends_it(self, served, opened):
         served.server.adapters[0].faults.bus_off = True
         opened.write(pack(Frame(1)), 0.0)
@@ -153,6 +167,7 @@ class TestLosses:
         served.unplug()
         assert "gone" in until_lost(opened)
         opened.close()
+        assert not opened._bus.serialPortOrig.is_open
         with pytest.raises(NoSuchPort):
             open_link(served.server.can_addresses[0], 0)
         served.replug(tmp_path / "elsewhere")

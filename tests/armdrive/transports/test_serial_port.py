@@ -16,7 +16,7 @@ from serial.tools import list_ports as pyserial
 from waiting import FOREVER_S, LONG_S, returns, soon, until
 
 from armdrive.errors import LinkLost, NoSuchPort, PortForbidden, PortInUse, PortUnavailable
-from armdrive.transports import ports
+from armdrive.transports import ports, serial_port
 from armdrive.transports.link import Bell
 from armdrive.transports.opening import open_link
 from armdrive.transports.ports import PortHolder, PortInfo, holders, list_ports, refusal
@@ -64,6 +64,7 @@ def test_bytes_go_both_ways_and_a_wait_ends_with_them_with_a_wake_and_with_its_t
 
 
 def test_a_port_that_goes_away_or_takes_nothing_is_lost_in_words(ends, link):
+    assert link._port.write_timeout == serial_port.WRITE_PATIENCE_S
     link._port.write_timeout = 0.05
     with pytest.raises(LinkLost):
         link.write(b"x" * 1_000_000, 0.0)
@@ -182,6 +183,18 @@ def hangs_up(name: str) -> bool:
         return bool(termios.tcgetattr(fileno)[2] & termios.HUPCL)
     finally:
         os.close(fileno)
+
+
+def test_dtr_and_rts_are_set_before_a_port_is_opened(monkeypatch):
+    def gone():
+        raise OSError(errno.ENODEV, "no such device")
+
+    made = SimpleNamespace(open=gone)
+    monkeypatch.setattr(serial_port, "_made", lambda *_: made)
+    for up in (False, True):
+        with pytest.raises(NoSuchPort):
+            SerialLink("/dev/none", 9600, raise_dtr=up)
+        assert (made.dtr, made.rts) == (up, up)
 
 
 @on_linux
