@@ -217,15 +217,15 @@ class CyclicTrip:
     def advance(self, period_s: float, ease_s: float, *, wait: bool) -> tuple[int, ...]:
         """Advance by a period; return the targets of the motors.
 
-        Slowing down from the present speed takes `ease_s`. A trip that has to `wait` does not
-        advance, and halves its speed: meanwhile a drive that missed targets catches up.
+        Slowing down from the present speed takes `ease_s`. A trip that has to `wait` stands, and
+        goes on from there: meanwhile a drive that missed targets catches up.
         """
         self._released = self._released or self._request.released()
         slows = self._released or self._request.held_back()
         if self._rate >= 1.0:  # once it slows down, its speed no longer shows how long that takes
             self._slope = 1.0 / max(ease_s, period_s)
         if wait:
-            self._rate /= 2.0
+            self._rate = 0.0
         elif slows:
             self._rate = max(self._rate - self._slope * period_s, 0.0)
         else:
@@ -235,10 +235,6 @@ class CyclicTrip:
             self._time_s += self._rate * period_s
         self._path.discard_before(self._time_s, self._window_s)
         return tuple(map(round, self._path.averaged(self._time_s, self._window_s)))
-
-    def halt(self) -> None:
-        """Go on from a stand: the drives have stood at their last targets."""
-        self._rate = 0.0
 
     def _fetch(self, period_s: float) -> None:
         """Draw segments at the last moment, and none for a jog that was released."""
@@ -258,10 +254,8 @@ def stream(io: Cia402Exchange, request: MoveAlong) -> Script[Reply]:
     def send() -> None:
         nonlocal rate_hz, beyond, outages
         # the sooner the targets stop, the shorter is a drive's jump to the next one
-        wait = any(stands_short(io, drive) for drive in io.drives)
-        if io.outages != outages:
-            outages = io.outages
-            trip.halt()
+        wait = any(stands_short(io, drive) for drive in io.drives) or io.outages != outages
+        outages = io.outages
         io.underruns += wait or io.is_late
         targets = trip.advance(cycle_s, io.limits.ramp_s(rate_hz), wait=wait)
         goals = dict(zip(io.drives, targets, strict=True))

@@ -290,6 +290,26 @@ def test_bursts_by_profile_position_begin_and_arrive_together_in_the_announced_t
     assert {node.states.mode for node in rig.device.board.nodes} == {OperationMode.PROFILE_POSITION}
 
 
+def test_all_drives_wait_for_one_that_has_no_room_for_a_target_yet():
+    rig = Rig({"strategy": "profile"}).ready()
+    rig.node(2).states.machine.points._acknowledged = True
+    rig.do(ReadPosition())
+    before = rig.positions
+    rig.begin(MoveBy(steps(6000, -3000), 20_000.0))
+    while (reply := rig.reply()) is None:
+        rig.run(0.007)
+        base, shoulder, *_ = rig.positions - before
+        assert abs(base + 2 * shoulder) <= 4
+    assert reply == Done()
+
+
+def test_a_burst_ends_though_a_drive_at_its_target_never_takes_it():
+    rig = Rig({"strategy": "profile"}).ready()
+    rig.node(1).states.machine.points.control = lambda _word: False
+    reply = rig.do(MoveBy(steps(4), 20_000.0))
+    assert "drive 1 (base)" in reply.reason
+
+
 BEYOND = re.escape("drive 1 (base) would turn to 21474") + ".*beyond what can be commanded"
 
 
@@ -619,6 +639,21 @@ def test_a_drive_that_sends_no_reports_but_answers_questions_ends_the_motion():
     assert reply.silent
     assert "drive 1 (base)" in reply.reason
     assert rig.now_s < began_s + 1.2
+
+
+def test_a_drive_that_stays_in_its_quick_stop_is_reported_and_the_others_hold():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LONG_LINE), 0.3))
+    rig.run(0.3)
+    node, stopped = rig.node(1), DriveState.QUICK_STOP
+    rig.loses = lambda frame, _: frame.can_id == 0x201 and node.states.state is stopped
+    rig.stop()
+    reply = rig.finish()
+    assert isinstance(reply, RequestRejected)
+    assert reply.moved
+    assert "drive 1 (base) holds in its quick stop and no command brings it back" in reply.reason
+    assert [each.states.state is stopped for each in rig.device.board.nodes].count(True) == 1
+    rig.check_stands(0.5)
 
 
 def test_a_silent_drive_is_not_turned_back_to_its_last_reading():
