@@ -278,7 +278,7 @@ class Cia402Exchange(ScriptIO[HostEvent]):
             if result.mute or result.drive.reported_s < before_s < self.synced_s
         ]
         self._checked_s = self.now_s
-        return None if self.stop_asked or not mute else self.absence(mute)
+        return self.absence(mute) if mute else None
 
     def absence(self, missing: Collection[Cia402Drive]) -> Timeout | RequestRejected:
         """Return the reply that names missing drives; the next request makes contact again.

@@ -184,6 +184,14 @@ def test_of_drives_that_stay_on_only_the_silent_ones_do_not_answer():
     assert "drive 2" not in reply.reason
 
 
+def test_every_motor_is_switched_off_though_a_drive_does_not_confirm_the_end_of_its_watch():
+    rig = Rig().ready()
+    unanswered = canopen.cob_id(canopen.Service.SDO_RESPONSE, 1)
+    rig.loses = lambda frame, host: not host and frame.can_id == unanswered
+    assert "drive 1 (base) does not answer" in rig.do(DropCurrent()).reason
+    assert rig.states() == {canopen.DriveState.DISABLED}
+
+
 @pytest.mark.parametrize("ends", ["switched off", "in order", "in mid-motion"])
 def test_only_an_end_in_mid_motion_leaves_the_drives_to_their_watch(ends):
     rig = Rig().ready() if ends != "in mid-motion" else moving(steps(60_000), 0.3)
@@ -426,6 +434,7 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
     rig.run(2.0)
     rig.device.board.node(2).port.mute = False
     rig.do(ClearFault())
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.SWITCHED_OFF]
     rig.do(ClearFault())
     assert rig.do(SwitchOn()) == Done()
     assert rig.states() == {canopen.DriveState.ENABLED}
@@ -457,6 +466,17 @@ def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_aler
     rig.run(0.5)
     assert isinstance(rig.do(ReadPosition()), Registers)
     assert not rig.alerts()
+
+
+def test_a_motion_switches_no_drive_on_that_has_switched_itself_off_unheard():
+    rig = Rig().ready()
+    rig.run(0.5)
+    rig.node(1).states.machine.state = canopen.DriveState.DISABLED  # by its enable input
+    reply = rig.do(MOVE)
+    assert "drive 1 (base) has switched its motor off" in reply.reason
+    assert not reply.moved
+    assert rig.node(1).states.state is canopen.DriveState.DISABLED
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.SWITCHED_OFF]
 
 
 def test_a_drive_that_another_master_stops_at_rest_moves_nothing_until_it_is_reset():

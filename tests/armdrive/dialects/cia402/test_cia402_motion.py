@@ -189,7 +189,7 @@ def test_drives_that_miss_their_targets_are_sent_no_farther_and_do_not_jump_far(
     ("strategy", "hard"), [("cyclic", False), ("cyclic", True), ("profile", False)]
 )
 def test_a_stop_is_a_quick_stop_that_keeps_the_current_and_the_drives_obey_again(strategy, hard):
-    rig = moving(steps(20_000, -10_000), 0.4, {"strategy": strategy})
+    rig = moving(steps(20_000, -10_000), 0.407, {"strategy": strategy})
     rig.stop(hard=hard)
     asked_s, there, reply = rig.now_s, rig.positions[0], None
     rig.run(0.001)
@@ -587,6 +587,15 @@ def test_a_blocked_shaft_is_held_where_it_stands_also_once_its_drive_answers_aga
     comes_free(rig)
 
 
+@pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()])
+def test_a_shaft_that_was_pushed_off_its_target_is_held_where_it_is(request_):
+    rig = Rig().ready()
+    rig.twin.world.stalled.add(0)
+    rig.device.push([-400, 0, 0, 0, 0, 0])
+    assert rig.do(request_) == Done()
+    comes_free(rig)
+
+
 @pytest.mark.parametrize(
     ("strategy", "rate_hz", "blocked_s"),
     [
@@ -629,11 +638,13 @@ def test_a_blocked_shaft_is_found_in_the_same_time_at_any_speed(rate_hz):
     comes_free(rig)
 
 
-def test_a_drive_that_sends_no_reports_but_answers_questions_ends_the_motion():
+@every_row("late_s, lost", [(0.0, Service.TPDO1), (0.14, Service.SDO_RESPONSE)])
+def test_a_drive_that_sends_only_reports_or_only_answers_ends_the_motion(late_s, lost):
     rig = Rig().ready()
     rig.begin(MoveAlong((MoveBy(steps(1000, -500), 20_000.0) for _ in range(100)), 0.3))
     rig.run(0.3)
-    rig.loses = lambda frame, host: not host and frame.can_id == cob_id(Service.TPDO1, 1)
+    rig.suspend(late_s)  # after that, drives are asked whether they have stopped
+    rig.loses = lambda frame, host: not host and frame.can_id == cob_id(lost, 1)
     began_s, reply = rig.now_s, rig.finish()
     assert isinstance(reply, RequestRejected)
     assert reply.silent
