@@ -186,20 +186,26 @@ def test_no_bus_is_opened_while_simulation_is_forced(call, monkeypatch):
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
 
 
-@pytest.fixture
-def drives(monkeypatch):
+def lead_to(monkeypatch, config):
     """Have the adapter lead to simulated new drives, with eyes and hands that need no terminal."""
-    config = arm()
     twin = simulate(config, factory=True)
-    link = twin.link
-    monkeypatch.setattr(link, "close", lambda: None)
-    monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: link)
+    monkeypatch.setattr(twin.link, "close", lambda: None)
+    monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: twin.link)
     clock = DialogClock()  # one for all calls, as the drives' time goes on between them
     monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", lambda: clock)
     person = SimulatedPerson(twin, print)
+    monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
+    return twin, person
+
+
+@pytest.fixture
+def drives(monkeypatch):
+    """New drives of which only some are there."""
+    config = arm()
+    twin, person = lead_to(monkeypatch, config)
     person.unplug_all(len(plan_of(config).drives))
     answer = person.answer
-    seen = SimpleNamespace(link=link, there={1, 2}, on_plugged=None)
+    seen = SimpleNamespace(link=twin.link, there={1, 2}, on_plugged=None)
 
     def told(asked):
         if asked.about is About.CONNECT and seen.on_plugged is not None:
@@ -209,7 +215,6 @@ def drives(monkeypatch):
         return answer(asked)
 
     person.answer = told
-    monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
     return seen
 
 
@@ -276,15 +281,9 @@ RPM_HZ = 166.6667
 
 @pytest.fixture
 def untold(monkeypatch):
-    """Have the adapter lead to simulated CiA 402 drives that count speeds in rpm and do not say."""
+    """CiA 402 drives that count speeds in rpm and do not say."""
     config = load_arm(write_arm_file("bench", CIA402))
-    twin = simulate(config, factory=True)
-    monkeypatch.setattr(twin.link, "close", lambda: None)
-    monkeypatch.setattr("armdrive.transports.opening.open_link", lambda port, baud: twin.link)
-    clock = DialogClock()  # one for all calls, as the drives' time goes on between them
-    monkeypatch.setattr("armdrive.setup.dialog_runner.RealClock", lambda: clock)
-    person = SimulatedPerson(twin, print)
-    monkeypatch.setattr(can_setup, "TerminalPerson", lambda name: person)
+    twin, person = lead_to(monkeypatch, config)
     return SimpleNamespace(twin=twin, person=person, path=config.source.folder / "bench.toml")
 
 
