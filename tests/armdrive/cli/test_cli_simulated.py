@@ -202,3 +202,6 @@ def test_motors_stay_off_in_a_preview_and_until_the_person_has_confirmed(call, s
     monkeypatch.setattr(sys, "stdin", io.StringIO())
     call("shell", *bench, "--allow-restored", code=0)
     assert served.world.energised, "the caller has settled it"
+    served.world.energised = False
+    confirmed = call("home", *bench, "--confirm", "--json", code=0).json
+    assert (confirmed["trust"], served.world.energised) == ("referenced", True)
