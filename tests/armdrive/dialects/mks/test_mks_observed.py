@@ -42,16 +42,12 @@ def next_program(arm: Arm) -> Arm:
 
 class TestDrivesThatReportBrakingForEver:
     @pytest.mark.parametrize("strategy", STRATEGIES)
-    def test_motions_and_jogs_end(self, strategy):
+    def test_motions_jogs_and_homing_end(self, strategy):
         arm = arm_of(strategy, brakes_on=True)
+        arm.home()
         arm.move_j(base_deg=20.0)
         arm.jog_j(base_deg=1.0)
         assert arm.twin.world.motors == arm.status.acknowledged
-        assert arm.status.trust is Trust.REFERENCED
-
-    def test_the_arm_homes(self):
-        arm = arm_of(brakes_on=True)
-        arm.home()
         assert arm.status.trust is Trust.REFERENCED
 
     def test_the_next_program_connects_without_a_stop(self):

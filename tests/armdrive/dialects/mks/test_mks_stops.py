@@ -26,6 +26,7 @@ from armdrive.tasks import (
     ClearFault,
     DropCurrent,
     Halted,
+    MoveBy,
     ProtocolWarning,
     RequestRejected,
     SwitchOn,
@@ -39,6 +40,7 @@ from firmware_protocol.mks import (
     Stop,
     decode_request,
 )
+from kinematics import Motors
 
 # -- the stop reaches every drive ------------------------------------------------------------------
 
@@ -63,6 +65,38 @@ def test_a_stop_is_repeated_until_the_drive_stands(lost_s, hard, of_host):
     heard_s = until_s if of_host else 0.0
     first_s = next(at_s for at_s in stops_of(bench, 4) if at_s >= heard_s)
     assert first_s <= max(heard_s, stops_of(bench, 4)[0]) + STOP_POLL_S + SOON_S
+
+
+def first_stop(bench, number, since_s):
+    """Return the first stop that a drive got since a time, and when."""
+    found = requests(bench, Stop, EmergencyStop, node=number, since_s=since_s)
+    return found[0][2], found[0][0]
+
+
+def test_an_emergency_stop_in_a_stop_is_sent_at_once():
+    bench = begun(straight(12, WAY), 0.8)
+    bench.controller.stop(hard=False)
+    bench.run(0.005)
+    asked_s = bench.now_s
+    check_halted(bench, hard=True)
+    assert first_stop(bench, 4, asked_s) == (EmergencyStop(), pytest.approx(asked_s, abs=0.002))
+
+
+def test_an_emergency_stop_gives_drives_above_1000_rpm_a_ramp():
+    bench = begun(straight(12, (30_000, -3000, 0, 0, 0, 0)), 0.8)
+    asked_s = bench.now_s
+    check_halted(bench, hard=True)
+    assert isinstance(first_stop(bench, 1, asked_s)[0], Stop)
+    assert first_stop(bench, 2, asked_s)[0] == EmergencyStop()
+
+
+def test_drives_that_know_no_emergency_stop_are_stopped_without_a_ramp():
+    bench = MksBench((1, 0, 3), {"firmware": "1.0.3"}, FAR_FROM_ZERO).ready()
+    bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
+    bench.run(0.3)
+    asked_s = bench.now_s
+    check_halted(bench, hard=True)
+    assert first_stop(bench, 1, asked_s)[0] == Stop(0)
 
 
 @pytest.mark.parametrize("later_s", [0.002, 0.005, 0.012])
