@@ -345,6 +345,8 @@ def test_an_empty_bus_is_told_from_a_wrong_rate(call, drives):
 
 
 def test_no_drive_is_asked_while_another_program_commands_drives(call, drives, monkeypatch):
+    with hold(BUS):
+        assert "is held by" in call.refused("doctor", BUS, code=4)
     order = mks.encode(2, mks.ReadEncoder())
     monkeypatch.setattr(bus_survey, "listened", lambda *_: Listened((order,), (order,)))
     monkeypatch.setattr(opening, "open_can_link", lambda _port: pytest.fail("the bus was opened"))
