@@ -109,6 +109,9 @@ class GrblOutputs:
 
 # Interval of queries while the board brakes.
 STOP_POLL_S = 0.02
+# After more Idle reports than this, the board evidently ignores a hold at rest. grblHAL does if a
+# jog cancel has hung it (state_machine.c, state_await_motion_cancel).
+IDLE_REPORTS = 10
 
 
 @dataclass(slots=True, eq=False)
@@ -141,13 +144,14 @@ class GrblStops:
         hold, because no report shows whether a reset would interrupt a motion.
         """
         end_s = self.io.now_s + self.brakes_s() + self.settings.answer_s
-        stood = False
+        idle, stood = 0, False
         while self._may_wait(end_s) and not stood:
             if self.board.state not in HELD:  # the first one may be lost; a second is harmless
                 self.send_brake()
             if (yield from self._watch()):
+                idle = idle + 1 if self.board.standing else 0
                 held = self.board.state in HELD and not self.board.sub_state
-                stood = held or self.board.state is State.ALARM
+                stood = held or self.board.state is State.ALARM or idle > IDLE_REPORTS
         if self.exchange.mute and not self.io.stop_hard:
             return False
         return (yield from self.reset_and_restore(moving=not stood)) and stood

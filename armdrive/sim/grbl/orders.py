@@ -182,13 +182,16 @@ def obey(board: GrblBoard, command: Realtime) -> None:
 
 
 def hold(board: GrblBoard) -> None:
-    """Slow down and stand: this ends a jog and pauses a motion, even in Idle."""
+    """Slow down and stand: this ends a jog and pauses a motion, even in Idle.
+
+    A board that hangs until a reset ignores it: grblHAL (state_machine.c, by its source).
+    """
     if board.state is State.JOG and board.firmware.holds_jogs:
         board.cycle.cancel(board)
     elif board.state is State.RUN:
         board.drive.brake(board.now_s)
         board.state, board.cycle.stands = State.HOLD, False
-    elif board.state is State.IDLE:
+    elif board.state is State.IDLE and not _hangs_until_reset(board):
         board.state, board.cycle.stands = State.HOLD, True
 
 
@@ -225,7 +228,7 @@ def soft_reset(board: GrblBoard) -> None:
         code = AlarmNumber.RESET_IN_MOTION
     elif board.critical and board.unhomed:
         code = AlarmNumber.UNHOMED
-    elif board.main_loop.hung and not board.firmware.resume_unhangs:
+    elif _hangs_until_reset(board):
         code = AlarmNumber.RESET_IN_MOTION
     # observed on FluidNC: it starts a motion of homing that is about to start after the reset
     runs_on = board.state is State.HOME and board.unread.waited
@@ -308,6 +311,10 @@ def _restarted(board: GrblBoard, code: int, *, runs_on: bool = False) -> Boot:
         board.say(Ok())
     elif kept:
         board.ring.put(kept)
+
+
+def _hangs_until_reset(board: GrblBoard) -> bool:
+    return board.main_loop.hung and not board.firmware.resume_unhangs
 
 
 def _keeps_a_line(board: GrblBoard) -> bool:

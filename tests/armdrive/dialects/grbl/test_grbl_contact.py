@@ -9,7 +9,6 @@ from faults import OVER_THE_TABLE, Rule, becoming, garbled, instead, lost, witho
 from grbl_arm import (
     FIRMWARES,
     Disturbed,
-    begin_line,
     config,
     found,
     over,
@@ -252,6 +251,17 @@ def test_a_limit_alarm_makes_the_position_suspect_and_is_left_by_a_reset(firmwar
     assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.SUSPECT)
 
 
+def test_a_limit_alarm_whose_message_is_lost_ends_the_motion():
+    arm = ready(config(device={"hard_limits": True}), firmware="grblhal")
+    arm.twin.link.back.append(Rule(rb"ALARM", lost))
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.board.set_switch(0, SwitchState.CLOSED)
+    with pytest.raises(DeviceFault, match="locked by an alarm"):
+        handle.wait(8.0)
+    assert arm.status.trust is Trust.SUSPECT
+
+
 def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
     arm = ready(config(device={"hard_limits": True}), firmware="grbl")
     arm.twin.board.set_switch(0, SwitchState.CLOSED)
@@ -277,25 +287,11 @@ def test_a_late_feed_hold_does_not_keep_the_arm_in_its_error(firmware):
         assert arm.status.state is State.STANDBY
 
 
-def test_a_pressed_feed_hold_stops_the_arm_and_keeps_its_position():
-    arm = ready()
-    handle = arm.move_j(base_deg=60, wait=False)
-    arm.sleep(0.6)
-    arm.twin.device.set_input(HOLD_PIN, on=True)
-    with pytest.raises(PendantStop):
-        handle.wait(5.0)
-    arm.twin.device.set_input(HOLD_PIN, on=False)
-    assert arm.status.trust is Trust.REFERENCED
-    assert standing_as_said(arm)
-    arm.reset()
-    arm.move_j(base_deg=0)
-    assert standing_as_said(arm)
-
-
 @each_value("firmware, later_s", FIRMWARES, [0.0, 0.015, 0.03])
-def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(firmware, later_s):
+def test_a_stop_key_stops_the_arm_for_good_and_keeps_its_position(firmware, later_s):
+    """Also when it is pressed as a line arrives."""
     arm = ready(firmware=firmware)
-    begin_line(arm)
+    handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.5 + later_s)
     arm.twin.device.set_input(HOLD_PIN, on=True)
     seen = []
@@ -303,6 +299,13 @@ def test_a_stop_key_that_is_pressed_as_a_line_arrives_stops_the_arm_for_good(fir
         arm.sleep(0.005)
         seen.append(str(arm.twin.board.state))
     assert "Run" not in seen[seen.index("Hold") :]
+    with pytest.raises(PendantStop):
+        handle.wait()
+    arm.twin.device.set_input(HOLD_PIN, on=False)
+    assert arm.status.trust is Trust.REFERENCED
+    assert standing_as_said(arm)
+    arm.reset()
+    arm.move_j(base_deg=0)
     assert standing_as_said(arm)
 
 

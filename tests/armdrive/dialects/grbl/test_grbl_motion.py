@@ -6,7 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import pytest
-from amounts import amount, each_value, in_pairs
+from amounts import amount, in_pairs
 from backlash_bench import arm_with_play, off_steps
 from faults import OVER_THE_TABLE, Rule, late_by, lost
 from grbl_arm import (
@@ -37,10 +37,6 @@ BOARDS = ("mega5x", "grbl")
 # -- Motion ----------------------------------------------------------------------------------------
 
 
-def joint(arm, speed):
-    return arm.move_j(base_deg=math.copysign(min(60 * speed, 8), 8), speed=speed)
-
-
 def line(arm, speed):
     here, far = arm.pose, min(200 * speed, 40)
     return arm.move_l(
@@ -56,7 +52,7 @@ def arc(arm, speed):
     return arm.move_c(via, goal, speed=speed)
 
 
-@in_pairs("begin, firmware, speed", [joint, line, arc], BOARDS, (1.0, 0.02, 0.1)[: amount(2, 3)])
+@in_pairs("begin, firmware, speed", [line, arc], BOARDS, (1.0, 0.02, 0.1)[: amount(2, 3)])
 def test_at_every_speed_a_motion_is_exact_believed_and_never_starves(begin, firmware, speed):
     arm = ready(firmware=firmware)
     begin(arm, speed)
@@ -475,12 +471,18 @@ def test_a_board_that_a_cancel_has_hung_is_freed_and_keeps_its_position(firmware
     assert arm.status.state is State.STANDBY
 
 
-@each_value("firmware, noise", FIRMWARES, [b"7", b"$", b"G"])
-def test_noise_on_an_idle_wire_spoils_neither_a_jog_nor_an_output(firmware, noise):
-    arm = ready(firmware=firmware)
-    for act in (lambda: arm.jog_j(base_deg=2), lambda: arm.io.write(1)):
-        arm.twin.link.inner.write(noise, arm.status.time_s)
-        act()
-    assert standing_as_said(arm)
-    assert arm.twin.board.details()["outputs"]["flood"]
-    assert arm.status.state is State.STANDBY
+@pytest.mark.parametrize("unheard", [0, 2])
+def test_grblhal_that_a_cancel_has_hung_is_reset_and_its_position_suspect(unheard):
+    arm = ready(firmware="grblhal")
+    Hangs(arm)
+    arm.twin.link.back.append(Rule(rb"ALARM|GrblHAL", lost, times=unheard))
+    begin_held_jog(arm)
+    arm.sleep(0.4)
+    arm.jogging.release()
+    released_s = arm.status.time_s
+    while arm.status.state in (State.MOVING, State.STOPPING):
+        arm.sleep(0.01)
+    # three times it reads no line, and ignores a hold; without its greeting the reset takes longer
+    assert arm.status.time_s - released_s < 4.0 + unheard
+    assert not arm.twin.board.main_loop.hung
+    assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.SUSPECT)

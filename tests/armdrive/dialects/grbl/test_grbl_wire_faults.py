@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from amounts import amount
+from amounts import amount, each_value
 from faults import Rule, becoming, honest, instead, late_by, lost, without_byte
 from grbl_arm import (
     FIRMWARES,
@@ -69,6 +69,7 @@ def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
     with pytest.raises(DeviceFault, match="off the path"):
         handle.wait(10.0)
     assert arm.twin.world.joints.deg["base"] < 30.0
+    assert arm.twin.link.pressed(b"!")
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.trust_reason.startswith(Evidence.OFF_THE_PATH.value)
     assert arm.status.state is State.ERROR_STOP
@@ -101,10 +102,14 @@ def test_an_emergency_stop_whose_alarm_is_lost_is_no_kept_position(reported, unh
     assert (arm.status.state, arm.status.trust) == (State.ERROR_STOP, Trust.SUSPECT)
 
 
-def test_a_number_of_free_lines_that_is_garbled_keeps_no_motion_from_its_end():
+def test_a_report_that_is_garbled_ends_no_motion_and_keeps_none_from_its_end():
     arm = ready()
-    arm.twin.link.back.append(Rule(b"<", becoming(lambda told: told.replace(b"Bf:3", b"Bf:7"))))
+    arm.twin.link.back += [
+        Rule(b"<", becoming(lambda told: told.replace(b"Bf:3", b"Bf:7"))),
+        Rule(b"<Run", becoming(lambda told: told.replace(b"MPos:", b"MPos:9")), skip=2),
+    ]
     arm.move_j(base_deg=5)
+    assert not any(rule.times for rule in arm.twin.link.back)
     arm.move_j(base_deg=10)
     assert honest(arm)
 
@@ -121,13 +126,13 @@ def test_a_report_of_idle_while_lines_are_planned_ends_no_motion():
 
 
 FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
-OTHERS = [b"(", b"$", b"G", b"%", b"0", b"~", b"\r"]
+OTHERS = [b"(", b"G", b"$", b"%", b"0", b"~", b"\r"]
 
 
-@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS][:: amount(4, 1)], ids=repr)
-def test_a_poll_that_was_changed_on_the_idle_wire_spoils_nothing(to):
+@each_value("firmware, to", FIRMWARES, [*FLIPPED, *OTHERS][:: amount(4, 1)])
+def test_a_poll_that_was_changed_on_the_idle_wire_spoils_nothing(firmware, to):
     """The board takes it for a character of the next line."""
-    arm = ready(config(gripper="servo"))
+    arm = ready(config(gripper="servo"), firmware=firmware)
     for act in (
         lambda: arm.move_j(base_deg=3, shoulder_deg=41),
         lambda: arm.jog_j(base_deg=2),
