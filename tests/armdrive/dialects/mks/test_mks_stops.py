@@ -123,10 +123,13 @@ def test_a_late_drive_in_a_stop_near_zero_is_no_restart(silent_s):
     check_halted(bench)
 
 
-@pytest.mark.parametrize("after_s", [0.42, 0.5, 0.515, 0.52])
-def test_a_stop_near_the_end_of_a_motion_takes_no_drive_past_it(after_s):
+@pytest.mark.parametrize(
+    ("after_s", "acceleration"),
+    [(0.42, 252), (0.5, 252), (0.515, 252), (0.52, 252), (0.59, 240), (0.61, 240)],
+)
+def test_a_stop_near_the_end_of_a_motion_takes_no_drive_past_it(after_s, acceleration):
     way = (6000, -3000, 1500, 0, 700, 20)
-    bench = begun(straight(5, way), after_s)
+    bench = begun(straight(5, way), after_s, acceleration=acceleration)
     check_halted(bench)
     gone = [here - 50_000 for here in bench.positions]
     assert all(abs(count) <= 5 * abs(each) + 1 for count, each in zip(gone, way, strict=True))
