@@ -110,7 +110,7 @@ class BoardExchange:
             return (yield from self.settle())
         command = DropArguments() if self._kept else ReportOffsets()
         offsets = self._take((yield from self.exchange(command)))
-        self._kept = self._kept and offsets is None
+        self._kept = offsets is None
         return offsets
 
     def set_speed(self, rpm: int) -> Script[HostEvent, bool]:
@@ -172,8 +172,6 @@ class BoardExchange:
                 return came
             came = _offsets(event)
         self.offsets = expected
-        if self.host.outstanding is not None:
-            self.give_up()
         return came
 
     def _greet(self) -> Script[HostEvent, bool]:
@@ -191,7 +189,7 @@ class BoardExchange:
                 return False
 
     def _take(self, done: Completed | None) -> Offsets | None:
-        self.offsets = None if done is None else _offsets(done)
+        self.offsets = _offsets(done)
         return self.offsets
 
     def _send(self, data: bytes) -> None:
@@ -215,6 +213,6 @@ def _is_offsets(event: HostEvent) -> bool:
     return _offsets(event) is not None
 
 
-def _offsets(event: HostEvent) -> Offsets | None:
+def _offsets(event: HostEvent | None) -> Offsets | None:
     answer = event.answer if isinstance(event, Completed | Stray) else None
     return answer.offsets if isinstance(answer, OffsetsReported) else None

@@ -129,7 +129,8 @@ CONVERSATIONS = {
         {"switches_torque": False}, [(SwitchOn(), ""), Done()]
     ),
     "a greeting means that speed and offsets are lost": (
-        {}, [("Welcome, Armdroid!", ""), Alert(AlertKind.RESTARTED, NEW_SESSION), (MOVE, ",,,,,d")]
+        {}, [(ReadPosition(), ",,,,,d"), (ZERO, ""), Registers(Motors((0,) * 6)),
+             ("Welcome, Armdroid!", ""), Alert(AlertKind.RESTARTED, NEW_SESSION), (MOVE, ",,,,,d")]
     ),
     "it tells its version as its settings": (
         {}, [(ReadSettings(), ""), DeviceSettings(firmware="2.0")]
@@ -151,18 +152,18 @@ class TestConversation:
                 case event:
                     assert talked.event == event
 
-    @pytest.mark.parametrize("silent", [False, True])
-    def test_a_board_that_never_understands_is_refused_and_has_moved_nothing(self, silent):
+    @pytest.mark.parametrize("unanswered", ["", "v", "25s"])
+    def test_a_board_that_never_understands_is_refused_and_has_moved_nothing(self, unanswered):
         talked = Talked().met()
         talked.begin(MOVE)
         said, heard = talked.answer("speed = 125"), ""
         answers = {"g": "debug = 0 0 0 0 0 1", "v": VERSION, "d": ZERO}
-        while said and not (silent and said == "v"):
+        while said not in ("", unanswered):
             heard += said
             said = talked.answer(answers.get(said[-1], f"speed = {said[:-1]}"))
-        heard += talked.silence()
+        assert set(talked.silence()) <= {"v"}
         assert "D" not in heard
-        assert heard.count("g") == (1 if silent else TRIES)
+        assert heard.count("g") == (1 if unanswered else TRIES)
         reply = talked.event
         assert isinstance(reply, RequestRejected)
         assert not reply.moved
@@ -201,7 +202,23 @@ class TestConversation:
         reply = talked.event
         assert isinstance(reply, Timeout)
         assert reply.to == NUMBERS + "D"
-        assert talked.begin(ClearFault()) == "v"
+        assert talked.begin(MOVE) == "v"
+        talked.silence()
+        assert talked.event == RequestRejected("it does not answer as it should", moved=False)
+
+    def test_an_abandoned_command_may_have_left_something_in_the_board(self):
+        talked = Talked().met()
+        assert talked.begin(ReadPosition()) == ",,,,,d"
+        talked.controller.abandon()
+        assert talked.begin(ReadPosition()) == "v"
+
+    @pytest.mark.parametrize("deaf", [False, True])
+    def test_a_board_that_misses_the_first_question_may_have_been_reset(self, deaf):
+        talked = Talked()
+        talked.begin(ReadPosition())
+        assert not deaf or talked.silence(1.0) == "v"
+        talked.answer(VERSION)
+        assert talked.controller.opening_reset is deaf
 
     def test_a_board_that_took_the_word_on_for_off_has_let_the_arm_sag(self):
         talked = Talked().met()
