@@ -135,16 +135,15 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         Nothing marks the end of a dump, so it ends when no byte has come for longer than a row
         takes.
         """
-        io, host, byte_s, began_s = self.io, self._host, self._byte_s, self.io.now_s
-        margin_s = self._settings.answer_margin_s
+        io, host, began_s = self.io, self._host, self.io.now_s
+        row_s = LONGEST_ROW * self._byte_s
+        pause_s = row_s + self._settings.answer_margin_s
+        last_s = began_s + pause_s + MAX_ROWS * row_s * OVERLONG_FACTOR
         data = host.send(QDump())
         io.write(data, data.decode("ascii").strip())
-        first_s = began_s + (len(data) + ANSWER) * byte_s + margin_s
-        last_s = first_s + MAX_ROWS * LONGEST_ROW * byte_s * OVERLONG_FACTOR
-        pause_s = LONGEST_ROW * byte_s + margin_s
         events: list[HostEvent] = []
         while not any(isinstance(each, Completed) for each in events):
-            until_s = min(io.heard_s + pause_s, last_s) if host.dumping else first_s
+            until_s = min(max(io.heard_s, began_s) + pause_s, last_s)
             if io.now_s >= until_s:
                 break
             event = yield until_s
@@ -168,9 +167,7 @@ class TeachMoverController(ScriptRunner[HostEvent]):
         self._contacted = True
         self.io.write(HARMLESS_LINE, HARMLESS)
         until_s = self.io.now_s + (len(HARMLESS_LINE) + len("0\r")) * self._byte_s + CONTACT_S
-        message = yield from self.io.wait_for(until_s, lambda event: isinstance(event, Stray))
-        if message is not None:
-            yield from self.io.pause(self.io.now_s + 2.0 * self._byte_s)
+        yield from self.io.wait_for(until_s, lambda event: isinstance(event, Stray))
         self.give_up()
 
     def give_up(self) -> None:

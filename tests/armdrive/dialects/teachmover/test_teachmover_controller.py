@@ -9,10 +9,19 @@ from armdrive.registry import DIALECTS
 from armdrive.registry.arm_files import parse_arm
 from armdrive.sim.device import SimDevice
 from armdrive.sim.teachmover import TeachMoverBoard, TeachMoverQuirks
-from armdrive.tasks import Done, Interrupted, MoveBy, RequestRejected
+from armdrive.tasks import (
+    Done,
+    Interrupted,
+    MoveBy,
+    ReadPosition,
+    ReadProgram,
+    Registers,
+    RequestRejected,
+)
 from firmware_protocol.teachmover import Key
 from kinematics import Motors
 
+ROW = b"1,3841,14436,28716,43252,65280,65025,64769\r"
 MOVE = MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0)
 SLOWER = 0.6
 
@@ -63,3 +72,25 @@ def test_an_answer_that_comes_far_too_soon_does_not_make_the_arm_seem_fast(answe
     bench.controller.receive(answer, bench.now_s)
     assert bench.reply() == reply
     assert bench.assumed_s == unmeasured_s
+
+
+@pytest.mark.parametrize(
+    ("request_", "said", "words"),
+    [
+        (ReadProgram(), b"0\r", "the arm does not send its program"),
+        (ReadProgram(), b"1\r" + ROW + b"1,2!\r" + ROW, "the arm's program cannot be read"),
+        (ReadProgram(), b"1\r" + ROW + ROW[:20], "the dump ended in the middle of a line"),
+        (ReadProgram(), b"", "no answer to `@QDUMP`"),
+        (MOVE, b"", "no answer to `@STEP"),
+    ],
+)
+def test_a_failed_answer_is_told_and_the_next_request_is_carried_out(request_, said, words):
+    bench = TeachMoverBench()
+    bench.do(ReadPosition())
+    bench.run(5.0)
+    bench.device.power_off()
+    bench.begin(request_)
+    bench.controller.receive(said, bench.now_s + 0.1)
+    assert words in str(bench.finish())
+    bench.device.power_on()
+    assert isinstance(bench.do(ReadPosition()), Registers)
