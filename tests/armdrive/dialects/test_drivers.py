@@ -51,16 +51,11 @@ def test_a_section_is_refused_by_the_name_of_its_key(dialect, model, section, wo
 TABLE = SpeedTable(((3, 30.0), (140, 150.0), (190, 250.0), (240, 470.0)))
 
 
+@pytest.mark.parametrize("settings", [range(3, 241), [3, 140, 190, 240]])
 @given(st.floats(1.0, 600.0))
-def test_a_rate_gets_the_fastest_setting_that_is_no_faster(rate_hz):
-    no_faster = [each for each in range(3, 241) if TABLE.rate_hz(each) <= rate_hz + 1e-9]
-    assert TABLE.setting(rate_hz) == max(no_faster, default=3)
-
-
-@given(st.floats(1.0, 600.0))
-def test_a_table_that_is_not_interpolated_yields_only_its_own_settings(rate_hz):
-    table = SpeedTable(TABLE.points, interpolated=False)
-    no_faster = [setting for setting, hz in TABLE.points if hz <= rate_hz + 1e-9]
+def test_a_rate_gets_the_fastest_setting_that_is_no_faster(settings, rate_hz):
+    table = SpeedTable(TABLE.points, interpolated=len(settings) > len(TABLE.points))
+    no_faster = [each for each in settings if TABLE.rate_hz(each) <= rate_hz + 1e-9]
     assert table.setting(rate_hz) == max(no_faster, default=3)
 
 

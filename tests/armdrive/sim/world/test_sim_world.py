@@ -165,12 +165,6 @@ class TestBlocks:
         assert block(world).place == pytest.approx((199, -119, 0), abs=0.8)
         assert world.incidents == []
 
-    def test_let_go_in_the_air_it_falls_on_what_is_below(self):
-        world = holding(TableBlock("B", 200, -100, 0, 40, 25), lifted_mm=100)
-        reach(world, 205, -95, 115)
-        spread(world, 50)
-        assert block(world).z_mm == 25.0
-
     def test_blocks_can_be_stacked_and_stand(self):
         world = holding(TableBlock("B", 200, -100, 0, 40, 25), lifted_mm=100)
         descend(world, 200, -100, 25 + 15)
@@ -188,15 +182,11 @@ class TestBlocks:
         spread(world, 50)
         assert block(world, "B").z_mm == 30.0
 
-    def test_a_block_whose_support_is_taken_away_falls(self):
-        world = World(blocks=[BLOCK, TableBlock("B", 250, 40, 30, 20, 20)])
-        world.take("A")
-        assert block(world, "B").z_mm == 0.0
-
     def test_a_block_falls_on_what_is_below_it_and_on_nothing_else(self):
         beside, within = TableBlock("B", 150, 40, 90), TableBlock("C", 255, 45, 0, 10, 10)
-        world = World(blocks=[BLOCK, beside, within])
-        assert [each.z_mm for each in world.scene.blocks.values()] == [0.0, 0.0, 0.0]
+        above = TableBlock("D", 255, 35, 200)
+        world = World(blocks=[BLOCK, beside, within, above])
+        assert [each.z_mm for each in world.scene.blocks.values()] == [0.0, 0.0, 0.0, 30.0]
         assert BLOCK.entry((150, 40, 60), (150, 40, 0)) is None
         assert BLOCK.entry((250, 40, 60), (250, 40, 0)) == 0.5
 
