@@ -15,7 +15,7 @@ from itertools import chain
 
 from armdrive.abilities import segment_s
 from armdrive.errors import Stopped, WrongState
-from armdrive.motion.context import MotionContext, StreamedCourse, Way, way_between
+from armdrive.motion.context import MotionContext, StreamedCourse, Way
 from armdrive.motion.deviation import has_room
 from armdrive.motion.plan import MotionPlan, SpeedLimits
 from armdrive.runtime.overrides import given_up
@@ -281,7 +281,6 @@ def follow_leg(
         # end exactly on the corner, because the next leg starts there
         further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, further)
-        on_the_way = way_between(core.position.acknowledged, there.motors(core.transmission))
         believed = core.belief
         # a pause drops a burst that has not begun to move: then the same share is tried again
         yield from paced_move(context, there, slowed.duration_s * share, given_up)
@@ -289,9 +288,7 @@ def follow_leg(
         # its way, is planned again from where the motors are; anything else ends the motion.
         if core.position.coordinates == there:
             done = further
-        elif not context.stopping and not (
-            core.belief is believed and on_the_way(core.position.acknowledged)
-        ):
+        elif not context.stopping and core.belief is not believed:
             raise WrongState(NOT_THERE.format(core.belief.reason))  # paused before it started
 
 

@@ -161,14 +161,19 @@ def test_the_status_of_a_lost_arm_bounds_what_was_under_way(reconnect):
         arm.sleep(RECONNECTS_S)
         assert arm.status.silent_time_s == idle_s
         assert arm.status.acknowledged == world.motors, "it was looked at when it stood"
+        arm.twin.link.unplug()
+        arm.sleep(1.0)
+        assert (arm.status.state, arm.status.silent_time_s) == (State.DISCONNECTED, idle_s)
     arm.close()
 
 
 def test_a_position_that_was_referenced_is_restored_and_wants_to_be_confirmed(connected):
     arm = connected(reconnect=True)
     arm.move_j(shoulder_deg=45)
+    arm.io.write(1)
     joints = arm.joints
     lose_and_find(arm)
+    assert (arm.status.current, arm.status.outputs) == (Current.UNKNOWN, None)
     arm.reset()
     assert arm.status.trust is Trust.RESTORED
     assert arm.status.trust_code == "E720"

@@ -22,7 +22,7 @@ from armdrive.errors import (
     WrongState,
 )
 from armdrive.runtime import overrides
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import RecordFile
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
@@ -131,10 +131,11 @@ def test_nothing_goes_on_after_what_ended_the_motion_in_a_pause(dialect, end, er
     arm = standing(dialect)
     handle, stood = paused(arm)
     end(arm)
+    arm.sleep(0.5)
+    assert not arm.status.paused
     arm.resume()
     with pytest.raises(error):
         handle.wait()
-    assert not arm.status.paused
     arm.sleep(1.0)
     if arm.status.state is State.ERROR_STOP:
         arm.reset()
@@ -142,10 +143,14 @@ def test_nothing_goes_on_after_what_ended_the_motion_in_a_pause(dialect, end, er
     assert arm.twin.world.motors == stood
 
 
-def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
+@pytest.mark.parametrize("moved_by_pendant", [True, False])
+def test_an_arm_that_was_moved_or_doubted_in_a_pause_does_not_go_on(moved_by_pendant):
     arm = standing(BY_BURSTS)
     handle, _ = paused(arm)
-    arm.twin.device.jog((50, 0, 0, 0, 0, 0))
+    if moved_by_pendant:
+        arm.twin.device.jog((50, 0, 0, 0, 0, 0))
+    else:
+        arm.parts.core.learn(Evidence.READ_BACK_DIFFERS, arm.status.time_s)
     moved = arm.twin.world.motors
     arm.resume()
     with pytest.raises(WrongState, match="no longer where it was paused"):

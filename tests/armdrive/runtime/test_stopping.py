@@ -20,7 +20,7 @@ from armdrive.programs.running import Waits
 from armdrive.runtime.arm_state import alerted
 from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.status import State, Trust
-from armdrive.tasks import Alert, AlertKind, MoveBy
+from armdrive.tasks import Alert, AlertKind, MoveBy, SwitchOn
 from firmware_protocol.teachmover import Key
 
 
@@ -276,6 +276,32 @@ def test_a_second_emergency_stop_during_the_reset_is_not_lost():
     arm.twin.link.on_write = lambda data: arm.estop()
     with pytest.raises(Stopped):
         arm.reset()
+    assert arm.status.state is State.ERROR_STOP
+
+
+def test_a_stop_while_a_posture_is_confirmed_leaves_the_reference_as_it_was():
+    arm = ready_arm()
+    arm.disable()
+    arm.enable()
+    arm.twin.link.on_write = lambda data: arm.request_stop()
+    with pytest.raises(Stopped, match="nothing was referenced"):
+        arm.reference.declare(arm.joints)
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_an_alert_while_the_motors_are_switched_on_stays_latched():
+    arm = Arm.connect("sim:mks")
+    alert = Alert(AlertKind.ALARM_LOST, "the arm has sagged")
+    begin = arm.parts.core.controller.begin
+
+    def alarmed(request, now_s):
+        begin(request, now_s)
+        if isinstance(request, SwitchOn):
+            alerted(arm.parts.core, alert, now_s)
+
+    arm.parts.core.controller.begin = alarmed
+    with pytest.raises(DeviceFault, match="the arm has sagged"):
+        arm.enable()
     assert arm.status.state is State.ERROR_STOP
 
 
