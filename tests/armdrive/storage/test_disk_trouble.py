@@ -304,6 +304,10 @@ def test_a_full_disk_keeps_no_motor_on_and_leaves_nothing_to_believe():
     life.disk.room = 0
     arm.reference.declare(arm.joints)
     assert "No space" in arm.status.notice
+    life.disk.room = math.inf
+    arm.sleep(3.0)
+    assert from_text(life.disk.after_kill(PATH)).trust == "referenced"  # it was tried again
+    life.disk.room = 0
     arm.disable()
     assert arm.status.current is Current.OFF
     assert life.disk.after_kill(PATH) is None
