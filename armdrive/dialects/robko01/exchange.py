@@ -146,8 +146,7 @@ class RobkoExchange:
         self.io.write(data, text)
         event = yield from self.io.wait_for(
             self.io.now_s + self._patience_s(len(data)),
-            # this very request: an equal one may have been sent before, and answered late
-            lambda event: isinstance(event, Answered) and event.request is message,
+            lambda event: isinstance(event, Answered),
             until_stop=until_stop,
         )
         if not isinstance(event, Answered):

@@ -5,7 +5,7 @@ import math
 import pytest
 from amounts import amount, every_row, in_pairs
 from driver_bench import SerialBench
-from faults import Rule, garbled, late_by, lost, twice
+from faults import Rule, garbled, instead, late_by, lost, twice
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
@@ -37,8 +37,10 @@ from armdrive.tasks import (
     ReadPosition,
     Registers,
     RequestRejected,
+    SwitchOn,
 )
-from firmware_protocol.robko01 import Op
+from firmware_protocol.robko01 import Acknowledged, Op, Status
+from firmware_protocol.robko01.messages import encode_answer
 from kinematics import Motors, Pose
 
 
@@ -225,6 +227,21 @@ class TestRequests:
         assert "the motion had not ended after" in str(reply)
         assert not script.device.board.drive.rack.mask(script.now_s)
 
+    def test_a_board_that_refuses_to_switch_its_motors_on_is_believed(self):
+        script = Script()
+        script.link = FrameLink(script.link)
+        refusal = encode_answer(Acknowledged(Op.ENABLE, Status.ERROR))
+        script.link.back.append(Rule(of(Op.ENABLE), instead(refusal)))
+        assert script.ask(SwitchOn()) == RequestRejected("it answered ERROR", moved=False)
+
+    def test_the_next_request_after_an_abandoned_one_begins_with_a_ping(self):
+        script = enabled()
+        script.link = FrameLink(script.link)
+        script.begin(ReadPosition())
+        script.controller.abandon()
+        assert isinstance(script.ask(ReadPosition()), Registers)
+        assert script.link.count(Op.PING) == 1
+
     def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
         script = Script()
         reply = script.ask(MOVE)
@@ -332,6 +349,8 @@ class TestWatchdog:
         arm.estop()
         arm.sleep(10.0)
         assert arm.twin.board.enabled
+        pings = [each for each in arm.twin.link.messages if op_of(each) is Op.PING]
+        assert len({*pings}) == len(pings) > 50  # so none has the late answer to another
         arm.reset()
         arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.REFERENCED

@@ -48,6 +48,16 @@ def test_a_motion_shows_how_slow_the_arm_is():
     assert bench.assumed_s == pytest.approx(unmeasured_s / 2.0 * (1.0 + SLOWER), rel=0.01)
 
 
+def test_a_suspension_of_this_program_does_not_make_the_arm_seem_slow():
+    bench = TeachMoverBench()
+    unmeasured_s = bench.assumed_s
+    bench.begin(MOVE)
+    bench.run(0.2)
+    bench.now_s += 60.0
+    assert bench.finish() == Done(timely=False)
+    assert bench.assumed_s == unmeasured_s
+
+
 @pytest.mark.parametrize("after_s", [0.3, 1.0, 2.0])
 def test_a_motion_that_the_pendant_ends_early_does_not_make_the_arm_seem_fast(after_s):
     bench = TeachMoverBench()
