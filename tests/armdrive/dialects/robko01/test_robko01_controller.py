@@ -385,6 +385,7 @@ class TestWatchdog:
         arm.twin.link.to += [Rule(of(op), lost, times=1e9) for op in Op]
         arm.sleep(3.0)
         arm.twin.link.to.clear()
+        arm.sleep(1.0)  # nothing feeds it now, which would hide that it has expired
         with pytest.raises(ArmError, match="watchdog"):
             arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.SUSPECT
