@@ -345,10 +345,6 @@ def reset(io: Cia402Exchange) -> Script[Reply]:
     held = [drive for drive in io.drives if drive.state in HOLDING]
     if held:
         yield from hold(io, io.resting_mode, held)
-    yield from io.look()
-    for drive in io.drives:
-        if drive not in held:
-            drive.order(drive.count)
     _forget_troubles(io)
     io.on = len(held) == len(io.drives) and io.beats.due_s < math.inf
     return Done()

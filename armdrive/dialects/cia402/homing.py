@@ -51,8 +51,6 @@ def _home_group(io: Cia402Exchange, group: Sequence[Cia402Drive]) -> Script[Repl
     search = HomingSearch(group, 1.0, io.listened, io.homing)
     reply = yield from lead(io, None, *_searching(io, search, group))
     if isinstance(reply, Done):
-        for drive in group:
-            drive.order(drive.count)
         yield from hold(io, io.resting_mode, group)
     if isinstance(reply, RequestRejected) and not reply.silent:
         searched = "".join(

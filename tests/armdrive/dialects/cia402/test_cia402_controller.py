@@ -225,9 +225,14 @@ def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     rig = Rig().ready()
     rig.along(MOVE)
     there = rig.positions
-    again = takes_over(rig, 0.05)
+    again, lost = takes_over(rig, 0.05), iter([True])
+    again.loses = lambda frame, host: (
+        host and not frame.can_id and next(lost, False)
+    )  # an NMT order
     assert isinstance(again.do(ReadPosition()), Registers)
     assert all(node.motor.holding for node in rig.device.board.nodes)
+    assert again.do(ClearFault()) == Done()
+    assert again.do(MOVE) == RequestRejected(MOTORS_OFF, moved=False)  # no heartbeat is watched
     again.ready()
     again.run(0.5)
     assert rig.states() == {canopen.DriveState.ENABLED}

@@ -587,6 +587,17 @@ def test_a_blocked_shaft_is_held_where_it_stands_also_once_its_drive_answers_aga
     comes_free(rig)
 
 
+def test_a_shaft_that_is_off_its_target_at_rest_is_reported_once():
+    rig = Rig().ready()
+    rig.twin.world.stalled.add(0)
+    rig.device.push([-400, 0, 0, 0, 0, 0])
+    for _ in range(2):
+        assert rig.do(ReadPosition()).positions[0] == -400
+    (alert,) = rig.alerts()
+    assert alert.kind is AlertKind.OFF_PATH
+    assert "drive 1 (base) is at -400, not at 0 increments" in alert.text
+
+
 @pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()])
 def test_a_shaft_that_was_pushed_off_its_target_is_held_where_it_is(request_):
     rig = Rig().ready()
