@@ -94,9 +94,12 @@ def keeps_its_reference(rig: BusyRig, reply: object, wanted: object) -> bool:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize(("how", "late"), [*zip(("stop", "release", "end"), LATE, strict=True)])
+@pytest.mark.parametrize(
+    ("how", "late"), [("stop", LATE[0]), ("release", LATE[1]), *(("end", late) for late in LATE)]
+)
 def test_a_motion_that_ends_on_a_busy_computer_keeps_the_position(late, seed, how):
-    rig, released = BusyRig(late, seed, **STEADY).ready(), []
+    settings = {} if how == "end" else STEADY  # a motion also goes on with less patient drives
+    rig, released = BusyRig(late, seed, **settings).ready(), []
     before = rig.positions
     line = LINE[:10] if how == "end" else LINE
     rig.begin(MoveAlong(iter(line), 0.3, released=lambda: bool(released)))
@@ -130,18 +133,6 @@ def test_a_released_jog_stands_soon_and_reports_drives_that_miss_a_heartbeat(lat
         assert rig.do(ClearFault()) == Done()
     assert (rig.positions - stood).largest <= rig.config.device.position_window
     assert not any(alert.kind is AlertKind.OFF_PATH for alert in rig.alerts())
-
-
-@pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("late", LATE)
-def test_a_motion_that_gets_no_cycle_in_time_goes_on_or_ends_and_blames_no_drive(late, seed):
-    rig = BusyRig(late, seed).ready()
-    rig.begin(MoveAlong(iter(LINE[:10]), 0.3))
-    rig.run(0.4)
-    rig.busy = True
-    reply = rig.finish()
-    assert reply == Done()
-    assert not rig.alerts()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
