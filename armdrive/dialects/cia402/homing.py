@@ -112,7 +112,7 @@ def _searching(
             status = _shown(drive.word)
             if status is HomingStatus.SEARCHING:
                 stale.discard(drive)
-            elif cycles == 1 or (drive in stale and cycles <= STALE_CYCLES):
+            elif drive in stale and cycles <= STALE_CYCLES:
                 status = HomingStatus.SEARCHING  # it may still report how an earlier search ended
             search.note(drive, status)
         over = search.over

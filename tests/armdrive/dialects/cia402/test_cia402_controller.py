@@ -473,6 +473,17 @@ def test_one_drive_that_missed_a_heartbeat_at_rest_is_taken_back_without_an_aler
     assert not rig.alerts()
 
 
+def test_a_drive_that_another_master_takes_out_of_operation_in_a_burst_is_stopped_by_sdo():
+    rig = moving(steps(0, 0, 100_000), settings={"strategy": "profile"})
+    there = rig.positions[2]
+    ordered(rig, NmtCommand.PRE_OPERATIONAL)()
+    reply = rig.finish()
+    assert re.search(ORDERED[1], reply.reason)
+    assert "come to rest" not in reply.reason
+    assert rig.positions[2] - there < 20_000
+    rig.check_stands(0.5)
+
+
 def test_a_motion_switches_no_drive_on_that_has_switched_itself_off_unheard():
     rig = Rig().ready()
     rig.run(0.5)

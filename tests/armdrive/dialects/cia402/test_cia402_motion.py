@@ -91,6 +91,13 @@ def test_a_drive_that_stands_while_others_turn_gets_its_target_too():
     assert rig.positions == before + steps(30_000, -15_000)
 
 
+def test_a_motion_of_less_than_a_step_in_a_cycle_goes_to_its_end():
+    rig = Rig({"period_ms": 4, "smoothing_ms": 200}).ready()
+    before = rig.positions
+    assert rig.along(MoveBy(steps(10), 20.0)) == Done()
+    assert rig.positions == before + steps(10)
+
+
 def be_late(rig):
     """Suspend the program for less than the drives' patience."""
     rig.suspend(0.08)
