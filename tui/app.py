@@ -35,7 +35,6 @@ from textual.containers import VerticalScroll
 from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.errors import NoWidget
-from textual.filter import Monochrome
 from textual.message import Message
 from textual.screen import ModalScreen
 from textual.timer import Timer
@@ -87,7 +86,7 @@ class AppInput:
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         self._app = app
-        self._key: events.Key | None = None
+        self._key_s = math.inf
         self._quick = False  # whether the last key may be followed quickly
 
     def was_read(self, message: Message) -> None:
@@ -109,25 +108,20 @@ class AppInput:
             hand.release()  # only a key that has waited disarms: perhaps there is none
 
     def key_age_s(self) -> float:
-        """Return the age of the key being handled; 0 if there is none.
+        """Return the age of the key being handled.
 
         A busy app handles keys later than they arrived, and further apart.
         """
-        return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
+        return max(self.monotonic_s() - self._key_s, 0.0)
 
     async def handles(self, event: events.Event) -> bool:
         """Handle a key or a click; return False to leave it to the framework."""
         if isinstance(event, events.Key):
-            if event.is_forwarded:  # no widget wanted it
+            self._key_s = event.time
+            if event.is_forwarded:  # no widget wanted it: now come the rows of its screen
                 return self._types(event)
-            self._key = event  # and so how old it is
-            try:
-                if not self._takes(event):
-                    event.stop().prevent_default()
-                else:
-                    await self._app.hand_on(event)
-            finally:
-                self._key = None
+            if self._takes(event):
+                await self._app.hand_on(event)
             return True
         if isinstance(event, events.MouseEvent) and not event.is_forwarded:
             if isinstance(event, events.MouseDown) and self._is_on_stop(event):
@@ -142,7 +136,7 @@ class AppInput:
         self.alive()
         together = self.fresh.pasted(key.key, key.time)
         quick, self._quick = self._quick, self._may_be_quick(key)
-        stale = self.fresh.stale(self.monotonic_s() - self.key_age_s())
+        stale = self.fresh.stale(key.time)
         if key.key in self._app.stop_keys:
             self._app.action_stop_arm()
             return False
@@ -192,7 +186,6 @@ class AppInput:
         line, character = self._line, key.character
         if line is None or character is None or not line.takes(character):
             return False
-        key.stop().prevent_default()
         with self._app.calls.acting():
             line.type(character)
         return True
@@ -348,14 +341,14 @@ class KeyApp(App[int], inherit_bindings=False):
         """What the last key does after a second press, or a pause."""
         self.message = ""
         """The last message: about the last key, or about a later event."""
-        # its other way to do without colours sends them all, as shades of grey
-        super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
+        colourless = bool(os.environ.get("NO_COLOR"))
+        if not colourless:  # set, but to nothing: no-color.org counts that as not set
+            os.environ.pop("NO_COLOR", None)
+        # the framework's other way to do without colours sends them all, as shades of grey
+        super().__init__(ansi_color=True if colourless else None)
         self.braille = braille
         if not braille:
             self._filters.append(PlainLetters())
-        if self.no_color and not os.environ.get("NO_COLOR"):
-            self.no_color = False  # set, but to nothing: no-color.org counts that as not set
-            self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
     def on_mount(self) -> None:
         """Apply the user's own keys and theme."""
@@ -433,8 +426,7 @@ class KeyApp(App[int], inherit_bindings=False):
     def action_palette(self) -> None:
         """Show the command palette."""
         if not isinstance(self.screen, StillPalette):
-            self.disarm("the commands are shown")
-            self.push_screen(StillPalette())
+            self.open_dialog(StillPalette(), reason="the commands are shown")
 
     # -- actions ------------------------------------------------------------------------------
 

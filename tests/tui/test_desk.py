@@ -355,20 +355,6 @@ async def test_keys_that_pour_in_or_stay_away_disarm():
         session.shows("nobody there", messages="no key for 60 s")
 
 
-async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came():
-    """Repeats that come at once, and are acted on one by one, are backlog all the same."""
-    async with Session() as session:
-        await session.hold("w")
-        session.clock.now_s += 0.9
-        session.arm.calls.clear()
-        came_s = session.clock.now_s
-        session.screen.hand._age_s = lambda: session.clock.now_s - came_s
-        for _ in range(5):
-            await session.press("w", after_s=0.2)
-        assert session.arm.asked("nudge") == session.arm.asked("hold") == []
-        assert not session.screen.armed
-
-
 PAUSED_IN = (
     (State.STANDBY, "held", "PAUSED"),
     (State.MOVING, "held", "PAUSED"),

@@ -55,9 +55,9 @@ class Suspended(Session):
         del desk.input.key_age_s  # it follows from when a key came, here too
         self._parser = XTermParser()
 
-    async def type(self, text):
+    async def type(self, text, came_s=None):
         for event in [*self._parser.feed(text)] if text else []:
-            event.time = self.clock.now_s
+            event.time = self.clock.now_s if came_s is None else came_s
             self.desk.post_message(event)
         await self.pilot.pause()
 
@@ -155,6 +155,10 @@ async def test_a_key_behind_a_suspension_or_a_wait_disarms_and_the_desk_says_why
         assert "this program was suspended for 0.2 s" in session.text("messages")
         assert not session.screen.armed
         await session.arm_again()
+        await session.suspend(2.0, told=False)
+        await session.pass_by(2.0)
+        assert not session.screen.armed, "also without a key"
+        await session.arm_again()
         await session.type("w")
         await session.pass_by(POLL_S)
         assert len(session.arm.asked("nudge")) == 1
@@ -164,6 +168,21 @@ async def test_a_key_behind_a_suspension_or_a_wait_disarms_and_the_desk_says_why
         assert session.arm.calls == [("release",)], "what was held ends, whatever comes next"
         await session.type("w")
         assert "kept waiting for 0.5 s" in session.text("messages")
+        assert not session.screen.armed
+
+
+async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came():
+    """Repeats that come at once, and are acted on one by one, are backlog all the same."""
+    async with Suspended() as session:
+        await session.arm_again()
+        await session.hold("w")
+        await session.pass_by(0.9)
+        session.arm.calls.clear()
+        came_s = session.clock.now_s
+        for _ in range(5):
+            session.clock.now_s += 0.2
+            await session.type("w", came_s)
+        assert session.moved == []
         assert not session.screen.armed
 
 
