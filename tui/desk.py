@@ -13,6 +13,7 @@ before another screen or a dialog opens.
 
 from __future__ import annotations
 
+import contextlib
 import pkgutil
 import sys
 import time
@@ -363,11 +364,6 @@ class DeskScreen(Screen[None]):
         """Refresh the screen, fitted to the size."""
         self.call_after_refresh(self.desk.poll)
 
-    def on_screen_suspend(self) -> None:
-        """Disarm the keys behind a dialog or another screen."""
-        self.desk.confirmation.forget()
-        self.disarm("another screen is shown")
-
     def show(self) -> None:
         """Show the latest status."""
         desk, lost, keys = self.desk, self.desk.link.lost, self.desk.keys
@@ -610,10 +606,8 @@ class Desk(KeyApp):
     def _end_by_signal(self, number: int) -> None:
         """Stop and close the arm before the framework cleans up."""
         self.arm.request_stop()
-        try:
+        with contextlib.suppress(ArmError):  # nobody could read that the arm did not confirm
             self.arm.close()
-        except ArmError:
-            self.arm.request_stop()  # nobody could read any more that the arm did not confirm
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)
 
 
