@@ -302,7 +302,8 @@ class MksDrive:
         Some encoders know their angle within a turn and begin to count there.
         """
         low, high = sorted((self.fit, self.target))
-        on_its_way = low - JUST_BEGUN <= self.count <= high + JUST_BEGUN
+        give = self.rest if low == high else JUST_BEGUN
+        on_its_way = low - give <= self.count <= high + give
         return not on_its_way and -JUST_BEGUN <= self.count <= COUNTS_PER_TURN + JUST_BEGUN
 
     @property
