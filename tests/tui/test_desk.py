@@ -15,6 +15,7 @@ from textual.widget import Widget
 from waiting import until_seen
 
 from armdrive.cli.runner import command_parser
+from armdrive.errors import Refused
 from armdrive.moves import Jog, Space
 from armdrive.status import Current, State, Trust
 from armdrive.storage.point_file import points_of
@@ -483,14 +484,23 @@ async def test_an_arm_whose_position_is_unknown_says_so_and_its_operator_referen
         assert "a known position: reference it first (H)" in session.text("messages")
         assert "position unknown: press H" in session.text("trust")
         assert "position unknown" in "".join(session.screen.query_one("#space").rows)
+        await session.arm_keys()
         await session.keys("H")
         assert len(session.desk.screen_stack) == 1, "a simulated arm is brought there"
-        assert session.arm.calls == [("home",)]
+        assert session.arm.asked("home")
+        assert not session.screen.armed
 
 
 @pytest.mark.parametrize("number", ENDING_SIGNALS)
 async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
-    async with Session(handle_signals=True) as session:
+    arm = FakeArm()
+
+    def close():
+        arm.calls.append(("close",))
+        raise Refused("the arm did not confirm the stop")
+
+    arm.close = close
+    async with Session(arm, handle_signals=True) as session:
         await session.arm_keys()
         session.arm.calls.clear()
         signal.raise_signal(number)

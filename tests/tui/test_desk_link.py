@@ -16,8 +16,10 @@ async def test_a_lost_link_disarms_closes_a_question_and_refuses_every_key_until
     """It says how to get the arm back, and once."""
     async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
         await session.keys("H")
+        session.desk.confirmation.press("moves it", session.arm.home)
         session.arm.set(**PULLED)
         await session.poll()
+        assert session.desk.confirmation.effect == ""
         assert len(session.desk.screen_stack) == 1
         session.arm.set(state=State.STANDBY, error="", trust=Trust.SUSPECT)
         await session.poll()

@@ -159,6 +159,12 @@ async def test_a_key_behind_a_suspension_or_a_wait_disarms_and_the_desk_says_why
         await session.pass_by(2.0)
         assert not session.screen.armed, "also without a key"
         await session.arm_again()
+        await pressing(session)
+        await session.suspend(2.0, told=False)
+        session.screen.hand.alarm._ring()  # before anything else
+        await session.pilot.pause()
+        assert session.moved == []
+        await session.arm_again()
         await session.type("w")
         await session.pass_by(POLL_S)
         assert len(session.arm.asked("nudge")) == 1
@@ -166,6 +172,7 @@ async def test_a_key_behind_a_suspension_or_a_wait_disarms_and_the_desk_says_why
         await session.suspend(0.5, told=False)
         session.desk.input.alive()
         assert session.arm.calls == [("release",)], "what was held ends, whatever comes next"
+        session.desk.screen.call_later = lambda *_: None  # at once, not only after other keys
         await session.type("w")
         assert "kept waiting for 0.5 s" in session.text("messages")
         assert not session.screen.armed
@@ -327,8 +334,9 @@ async def test_a_pasted_word_answers_no_question_that_it_asks():
             assert session.arm.asked_for == [], text
             await session.paste(" ")
         await session.paste("K")
-        await session.paste("yx")
-        assert session.arm.asked_for == [], "not even by its first letter"
+        for text in ("yx", "qy"):
+            await session.paste(text)
+            assert session.arm.asked_for == [], "neither its first letter nor one that jogs"
         await session.paste("y")
         assert len(session.arm.asked_for) == 1, "a person has read it"
 
@@ -379,6 +387,11 @@ async def test_letters_that_are_typed_may_come_at_once_and_a_line_end_with_them_
         assert session.screen.typing.text == "250"
         await session.paste("")
         assert session.arm.asked_for == []
+        await session.type("\x10")
+        await session.settle()
+        await session.pass_by(1.0)
+        await session.type("pa")
+        assert session.desk.focused.value == "pa"
 
 
 GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)

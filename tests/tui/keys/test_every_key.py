@@ -241,12 +241,12 @@ async def test_a_stop_reaches_the_arm_before_the_app_and_what_it_overtook_moves_
     async with Session() as session:
         await session.arm_keys()
         session.arm.calls.clear()
-        for _ in range(3):
-            read(session, "w", "w")
+        for key in "wwwR":
+            read(session, key, key)
         read(session, *SPACE)
         assert session.arm.calls == [("stop",)]
-        await session.pilot.pause()
-        assert not {"nudge", "hold"} & {call[0] for call in session.arm.calls}
+        await session.settle()
+        assert not {"nudge", "hold", "reset"} & {call[0] for call in session.arm.calls}
         assert not session.desk.current.armed, "the app does the rest of the stop"
         assert "STOP" in session.desk.message
         await session.arm_keys()  # keys behind it count again
