@@ -26,7 +26,7 @@ from kinematics import Joints, Motors
 from kinematics.guards import GuardedArm
 from tests.conformance.observation import ON_THE_STEP, Point, rests_within
 
-OVERSHOOT_STEPS = 3
+OVERSHOOT_STEPS = 4
 """How far from its path a stopped motor may stand: a Robko's goes on by so much."""
 LIMIT_RAD = math.radians(0.5)
 """How far a joint may be beyond a limit because motors stand on whole steps."""

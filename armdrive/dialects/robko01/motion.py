@@ -90,8 +90,9 @@ RESTING_STEPS_S = 5000  # speed for axes that do not move: the AVR firmware's in
 STANDSTILL = Axes((0,) * AXES)
 SENDS = 2
 # How far a stop can take an axis beyond its target. The stop abandons the target; the firmware
-# then plans one step more than needed, from a speed that its coarse ramp may overstate by a step.
-OVERSHOOT_STEPS = 3
+# then ramps down from the speed that it planned for its next step. The worst of all motions and
+# moments in the library's arithmetic: four steps, stopped after the third, go on to the eighth.
+OVERSHOOT_STEPS = 4
 PATIENCE, PATIENCE_S = 4.0, 2.0  # a motion's timeout: a multiple of the expected time, plus 2 s
 
 

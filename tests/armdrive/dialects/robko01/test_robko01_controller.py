@@ -12,6 +12,7 @@ from robko_bench import FrameLink, of, op_of, ready_robko, robko_config
 
 from armdrive import Jog
 from armdrive.dialects.robko01.controller import RobkoController
+from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialects.robko01.settings import (
     BOARDS,
     SLACK_S,
@@ -449,6 +450,25 @@ def test_no_axis_lasts_longer_or_strays_further_than_was_computed(board, steps, 
     assert all(0 < speed <= 30_000 for speed, each in zip(speeds, steps, strict=True) if each)
 
 
+@every_row("board", BOARDS.values())
+def test_a_stop_takes_an_axis_no_farther_beyond_its_target_than_is_announced(board):
+    rates = [125.0, 62.5, 25.0, 5.0] if board.obeys_speed else [125.0]
+    farthest = []
+    for rate_hz in rates:
+        for steps in range(1, 11):
+            whole = (steps, 0, 0, 0, 0, 0)
+            speeds = Pacing(board).speeds(whole, rate_hz)
+            # after each step in turn, the moment when the library has planned the next one
+            for made in range(1, steps):
+                rack, now_s = moved(board, whole, speeds), 0.0
+                while rack.positions(now_s)[0] < made:
+                    now_s += 0.004
+                rack.ramp_down(now_s)
+                seen = [rack.positions(now_s + 0.02 * look)[0] for look in range(100)]
+                farthest.append(max(seen) - steps)
+    assert max(farthest) == OVERSHOOT_STEPS
+
+
 @settings(max_examples=amount(50, 1000))
 @given(BOARD, RATES, st.integers(1, 200), st.integers(1, 50))
 def test_more_steps_last_longer_and_no_usable_rate_is_above_the_one_wanted(
@@ -535,7 +555,7 @@ def test_a_stop_goes_out_as_soon_as_what_was_sent_before_it_is_answered(awaited)
 
 
 def test_a_motor_that_a_stop_left_far_beyond_its_target_is_not_believed():
-    """The firmware's arithmetic takes it three steps beyond at most; what goes further is moved."""
+    """The firmware's arithmetic takes it four steps beyond at most; what goes further is moved."""
     arm = ready_robko()
     link, stopped, moved = arm.twin.link, [], []
 
