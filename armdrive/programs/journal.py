@@ -110,8 +110,14 @@ class Journal:
             ) from None
 
     def finish(self) -> None:
-        """Forget the program, which has ended well. Raises `OSError`."""
-        remove_durably(DISK, self.path)
+        """Forget the program, which has ended well. Raises `StateFileError` if that fails."""
+        try:
+            remove_durably(DISK, self.path)
+        except OSError as error:
+            raise StateFileError(
+                f"the program has ended, but {self.path} cannot be removed ({reason_of(error)}): "
+                "remove it, or the program could be resumed once more"
+            ) from None
 
 
 def journal_file(arm: str) -> Path:

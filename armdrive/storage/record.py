@@ -1,8 +1,7 @@
 """The saved position of an arm: one small JSON file, always replaced as a whole.
 
-The file is marked as in
-motion before the arm starts moving, and unmarked once the arm is at rest again. A program that dies
-during a motion thus leaves a mark instead of a wrong position.
+The file is marked as in motion before the arm starts moving, and unmarked once the arm is at rest
+again. A program that dies during a motion thus leaves a mark instead of a wrong position.
 """
 
 from __future__ import annotations

@@ -172,6 +172,15 @@ def test_a_disk_that_is_full_lets_no_act_begin(arm, path, monkeypatch):
     assert arm.joints == before
 
 
+def test_a_journal_that_cannot_be_removed_says_that_it_could_be_resumed(arm, path, monkeypatch):
+    def fail(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("armdrive.programs.journal.remove_durably", fail)
+    with pytest.raises(StateFileError, match=r"has ended, but .* could be resumed once more"):
+        begin(arm, Script(PICK_AND_PLACE), path)
+
+
 def test_resuming_a_sequence_does_only_the_remaining_steps(arm, path):
     """The fingers were open and the arm on its way: only the way is left."""
     act = go(down(250, 60, 80), opening_mm=60.0)
