@@ -99,13 +99,6 @@ class Shell:
         row = None if match is None else OWN_WORDS.get(match[1].lower())
         return None if match is None or row is None else row.answer(self, match[2] or "")
 
-    def read(self, line: str, position: int) -> Program | None:
-        """Read a line of an entry; return the entry that it completes, if it does.
-
-        `position` is the line's number in the input. Raises `ProgramError`.
-        """
-        return self.session.take(line, position)
-
     def machine(self, entry: Program) -> Machine:
         """Return the machine of an entry, with the arm's present points."""
         return ArmProgram(entry, self.arm.config).machine()

@@ -118,7 +118,7 @@ class ShellTerminal:
         answers = self.shell.own_word(line)
         if answers is not None:
             self._show(answers, position)
-        elif (entry := self.shell.read(line, position)) is not None:
+        elif (entry := self.shell.session.take(line, position)) is not None:
             self._carry_out(entry)
 
     def _show(self, answers: Answers, position: int) -> None:
