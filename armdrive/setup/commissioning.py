@@ -191,9 +191,7 @@ def measure_units(
     on. One question comes before all turns, since drives stop once this program has not sent its
     heartbeat for a while.
     """
-    arm, transmission = config.model.arm, config.model.transmission
-    if transmission is None:
-        raise BadRequest(f"{config.name} has no motors: its model file has no [transmission]")
+    arm, transmission = config.model.arm, config.transmission
     posture, motors = found_posture(arm), range(len(transmission.motors))
     tried = [trial_of(arm, transmission, posture, motor) for motor in motors]
     dialog.say(

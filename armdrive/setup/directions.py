@@ -20,7 +20,7 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.errors import BadRequest, Refused
+from armdrive.errors import BadRequest
 from armdrive.sim.world.body import found_posture
 from armdrive.text.toml_amend import Change
 from kinematics.geometry import ArmGeometry
@@ -398,11 +398,5 @@ def check_of(config: ArmConfig, joints: Joints | None) -> DirectionCheck:
 
     Raises `Refused` if the arm's motor steps are unknown.
     """
-    transmission = config.model.transmission
-    if transmission is None:
-        raise Refused(
-            "the motor steps of this arm are not known: give steps_per_mm and [steps_per_turn] "
-            "first"
-        )
     arm = config.model.arm
-    return DirectionCheck(arm, transmission, joints or found_posture(arm))
+    return DirectionCheck(arm, config.transmission, joints or found_posture(arm))
