@@ -368,7 +368,9 @@ class DirectionCheck:
         if self.away:
             raise BadRequest("bring it back first, then say what was seen")
         if self._half is not None:
-            self.note(replace(self._half, hand=HAND.get(what)))
+            if what not in HAND:
+                raise BadRequest("only which way the hand turned is asked now")
+            self.note(replace(self._half, hand=HAND[what]))
             return
         if not self.shown and what is not SawMotion.NOT_AT_ALL:
             raise BadRequest("turn it first: it has not moved yet")

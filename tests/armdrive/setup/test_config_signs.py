@@ -311,6 +311,8 @@ def test_a_reversed_wrist_is_told_from_a_reversed_roll():
     assert checked({}) == Signs()
     contradicting = checked({"left wrist": SawMotion.OTHER_WAY})
     assert contradicting.unclear == ("wrist_roll",)
+    with pytest.raises(BadRequest, match="only which way the hand turned"):
+        checked({}, hand=SawMotion.TWICE)
 
 
 # -- What was seen of each motor becomes the keys of the arm file that it contradicts ----------
