@@ -123,7 +123,7 @@ def test_an_input_timeout_names_the_missing_inputs_and_the_present_ones():
         (0, "waited 0 s"),
     ],
 )
-def test_an_endless_wait_ends_in_simulated_time(within_s, words, monkeypatch):
+def test_a_wait_in_simulated_time_ends_at_its_limit_or_the_longest(within_s, words, monkeypatch):
     monkeypatch.setattr(signalling, "LONGEST_SIMULATED_WAIT_S", 5.0)
     with pytest.raises(InputTimeout, match=words):
         ready_arm().io.wait(high=1, within_s=within_s)

@@ -98,7 +98,7 @@ def test_a_reconnected_link_reports_a_new_port(connected, dialect, port, now):
     arm.sleep(3.0)
     assert (arm.status.error_code, arm.status.notice_code) == ("E407", "E403")
     arm.twin.faults.end()
-    arm.twin.link.replug(*filter(None, [port]))
+    arm.twin.link.replug(port or None)
     arm.sleep(RECONNECTS_S)
     assert arm.status.error_code == "E409"
     assert port in arm.status.link
