@@ -137,6 +137,12 @@ def test_it_ignores_what_is_for_others_or_unreadable_or_not_in_its_firmware():
     ]
 
 
+def test_without_replies_at_the_end_no_end_of_a_motion_is_reported():
+    device = mks.Device(1, replies=mks.ReplyMode.IMMEDIATE)
+    silent = {each for each in mks.Outcome if device.tell(mks.Asked(ONE), each) is None}
+    assert silent == {mks.Outcome.DONE, mks.Outcome.LIMIT_STOP}
+
+
 def test_a_new_id_answers_once_it_is_done():
     for outcome, by in ((mks.Outcome.FAILED, 1), (mks.Outcome.DONE, 9)):
         told = mks.Device(1).tell(mks.Asked(mks.SetId(9)), outcome)
