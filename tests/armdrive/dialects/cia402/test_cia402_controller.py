@@ -225,10 +225,8 @@ def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     rig = Rig().ready()
     rig.along(MOVE)
     there = rig.positions
-    again, lost = takes_over(rig, 0.05), iter([True])
-    again.loses = lambda frame, host: (
-        host and not frame.can_id and next(lost, False)
-    )  # an NMT order
+    again, nmt_lost = takes_over(rig, 0.05), iter([True])
+    again.loses = lambda frame, host: host and not frame.can_id and next(nmt_lost, False)
     assert isinstance(again.do(ReadPosition()), Registers)
     assert all(node.motor.holding for node in rig.device.board.nodes)
     assert again.do(ClearFault()) == Done()
@@ -448,9 +446,7 @@ def test_a_drive_that_restarted_unnoticed_is_set_up_again_once_it_is_missing():
 
 def test_a_drive_that_restarted_unheard_is_reported_when_it_is_taken_back():
     rig = Rig().ready()
-    rig.dead = True
-    rig.run(1.0)  # all drives miss the heartbeat
-    rig.dead = False
+    rig.suspend(1.0)  # all drives miss the heartbeat
     rig.run(0.2)
     rig.node(3).port.mute = True
     rig.device.board.switch_drive(2, on=False)

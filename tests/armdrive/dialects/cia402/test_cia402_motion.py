@@ -532,12 +532,17 @@ def test_a_paused_arm_stands_within_the_announced_time_and_resumes(pause_s):
     assert not waits or rig.positions == pause.before + steps(20_000, -10_000)
 
 
+def push_aside(rig: Rig) -> None:
+    """Push the first shaft off its target, by less than drives fail for, and block it there."""
+    rig.twin.world.stalled.add(0)
+    rig.device.push([-400, 0, 0, 0, 0, 0])
+
+
 def test_a_shaft_that_is_blocked_in_such_a_pause_does_not_spring_when_it_is_free():
     pause = Pause(0.08)
     rig = pause.rig
     target = rig.positions[0]
-    rig.twin.world.stalled.add(0)
-    rig.device.push([-400, 0, 0, 0, 0, 0])  # less than what drives fail for
+    push_aside(rig)
     rig.run(0.01)
     assert rig.positions[0] < target
     reply = rig.finish()
@@ -596,8 +601,7 @@ def test_a_blocked_shaft_is_held_where_it_stands_also_once_its_drive_answers_aga
 
 def test_a_shaft_that_is_off_its_target_at_rest_is_reported_once():
     rig = Rig().ready()
-    rig.twin.world.stalled.add(0)
-    rig.device.push([-400, 0, 0, 0, 0, 0])
+    push_aside(rig)
     for _ in range(2):
         assert rig.do(ReadPosition()).positions[0] == -400
     (alert,) = rig.alerts()
@@ -608,8 +612,7 @@ def test_a_shaft_that_is_off_its_target_at_rest_is_reported_once():
 @pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()])
 def test_a_shaft_that_was_pushed_off_its_target_is_held_where_it_is(request_):
     rig = Rig().ready()
-    rig.twin.world.stalled.add(0)
-    rig.device.push([-400, 0, 0, 0, 0, 0])
+    push_aside(rig)
     assert rig.do(request_) == Done()
     comes_free(rig)
 

@@ -5,7 +5,16 @@ from dataclasses import replace
 
 import pytest
 from amounts import each_value
-from faults import OVER_THE_TABLE, Rule, becoming, garbled, instead, lost, without_byte
+from faults import (
+    OVER_THE_TABLE,
+    Rule,
+    as_it_stands,
+    becoming,
+    garbled,
+    instead,
+    lost,
+    without_byte,
+)
 from grbl_arm import (
     FIRMWARES,
     Disturbed,
@@ -311,8 +320,7 @@ def test_a_stop_key_stops_the_arm_for_good_and_keeps_its_position(firmware, late
 
 def at_zeros(**options):
     """Return an arm whose counts are zero, so that only the greeting shows a reset."""
-    arm = found(**options)
-    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm = as_it_stands(found(**options))
     assert not arm.twin.device.registers.largest
     arm.twin.link.sent.clear()
     return arm
@@ -358,7 +366,7 @@ def test_a_greeting_that_was_lost_is_not_awaited_for_ever():
     arm.estop()
     arm.sleep(4.0)
     arm.reset()
-    arm.reference.declare(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    as_it_stands(arm)
     arm.move_motors(*(-count for count in arm.twin.device.registers))
     arm.twin.board.reset()  # its counts were zero, and are zero again
     arm.sleep(2.0)

@@ -49,9 +49,10 @@ WAY = (0, 0, 0, 3000, -3000, 0)
 SOON_S = 0.005
 
 
-def stops_of(bench, number):
-    """Return when one drive was told to stop."""
-    return [at_s for at_s, *_ in requests(bench, Stop, EmergencyStop, node=number)]
+def stops_of(bench, number, since_s=0.0):
+    """Return when one drive was told to stop since a time, and each stop."""
+    found = requests(bench, Stop, EmergencyStop, node=number, since_s=since_s)
+    return [(at_s, stop) for at_s, _, stop in found]
 
 
 @each_value("lost_s, hard, of_host", [0.01, 0.055, 0.105, 0.3], [False, True], [True, True, False])
@@ -63,14 +64,8 @@ def test_a_stop_is_repeated_until_the_drive_stands(lost_s, hard, of_host):
     )
     check_halted(bench, hard=hard)
     heard_s = until_s if of_host else 0.0
-    first_s = next(at_s for at_s in stops_of(bench, 4) if at_s >= heard_s)
-    assert first_s <= max(heard_s, stops_of(bench, 4)[0]) + STOP_POLL_S + SOON_S
-
-
-def first_stop(bench, number, since_s):
-    """Return the first stop that a drive got since a time, and when."""
-    found = requests(bench, Stop, EmergencyStop, node=number, since_s=since_s)
-    return found[0][2], found[0][0]
+    first_s, _ = stops_of(bench, 4, heard_s)[0]
+    assert first_s <= max(heard_s, stops_of(bench, 4)[0][0]) + STOP_POLL_S + SOON_S
 
 
 def test_an_emergency_stop_in_a_stop_is_sent_at_once():
@@ -79,15 +74,17 @@ def test_an_emergency_stop_in_a_stop_is_sent_at_once():
     bench.run(0.005)
     asked_s = bench.now_s
     check_halted(bench, hard=True)
-    assert first_stop(bench, 4, asked_s) == (EmergencyStop(), pytest.approx(asked_s, abs=0.002))
+    at_s, stop = stops_of(bench, 4, asked_s)[0]
+    assert stop == EmergencyStop()
+    assert at_s == pytest.approx(asked_s, abs=0.002)
 
 
 def test_an_emergency_stop_gives_drives_above_1000_rpm_a_ramp():
     bench = begun(straight(12, (30_000, -3000, 0, 0, 0, 0)), 0.8)
     asked_s = bench.now_s
     check_halted(bench, hard=True)
-    assert isinstance(first_stop(bench, 1, asked_s)[0], Stop)
-    assert first_stop(bench, 2, asked_s)[0] == EmergencyStop()
+    assert isinstance(stops_of(bench, 1, asked_s)[0][1], Stop)
+    assert stops_of(bench, 2, asked_s)[0][1] == EmergencyStop()
 
 
 def test_drives_that_know_no_emergency_stop_are_stopped_without_a_ramp():
@@ -96,7 +93,7 @@ def test_drives_that_know_no_emergency_stop_are_stopped_without_a_ramp():
     bench.run(0.3)
     asked_s = bench.now_s
     check_halted(bench, hard=True)
-    assert first_stop(bench, 1, asked_s)[0] == Stop(0)
+    assert stops_of(bench, 1, asked_s)[0][1] == Stop(0)
 
 
 @pytest.mark.parametrize("later_s", [0.002, 0.005, 0.012])
@@ -109,7 +106,7 @@ def test_a_drive_that_gets_its_last_order_after_the_stop_is_stopped_again(later_
     check_halted(bench)
     assert any(
         stopped_s + later_s <= at_s <= stopped_s + later_s + STOP_POLL_S + SOON_S
-        for at_s in stops_of(bench, 4)
+        for at_s, _ in stops_of(bench, 4)
     )
 
 

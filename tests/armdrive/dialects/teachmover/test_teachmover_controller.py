@@ -97,7 +97,7 @@ def test_an_answer_that_comes_far_too_soon_does_not_make_the_arm_seem_fast(answe
 def test_a_failed_answer_is_told_and_the_next_request_is_carried_out(request_, said, words):
     bench = TeachMoverBench()
     bench.do(ReadPosition())
-    bench.run(5.0)
+    bench.run(5.0)  # longer than any pause within a dump
     bench.device.power_off()
     bench.begin(request_)
     bench.controller.receive(said, bench.now_s + 0.1)
