@@ -51,10 +51,10 @@ def test_a_section_is_refused_by_the_name_of_its_key(dialect, model, section, wo
 TABLE = SpeedTable(((3, 30.0), (140, 150.0), (190, 250.0), (240, 470.0)))
 
 
-@pytest.mark.parametrize("settings", [range(3, 241), [3, 140, 190, 240]])
+@every_row("interpolated, settings", [(True, range(3, 241)), (False, [3, 140, 190, 240])])
 @given(st.floats(1.0, 600.0))
-def test_a_rate_gets_the_fastest_setting_that_is_no_faster(settings, rate_hz):
-    table = SpeedTable(TABLE.points, interpolated=len(settings) > len(TABLE.points))
+def test_a_rate_gets_the_fastest_setting_that_is_no_faster(interpolated, settings, rate_hz):
+    table = SpeedTable(TABLE.points, interpolated=interpolated)
     no_faster = [each for each in settings if TABLE.rate_hz(each) <= rate_hz + 1e-9]
     assert table.setting(rate_hz) == max(no_faster, default=3)
 

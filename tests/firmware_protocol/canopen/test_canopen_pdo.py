@@ -154,17 +154,18 @@ def test_one_that_is_switched_off_or_maps_what_is_not_there_does_not_exist():
 
 
 COB, COUNT, ENTRY = canopen.Place(0x1400, 1), canopen.Place(0x1600, 0), canopen.Place(0x1600, 1)
-EMPTY = {COB: canopen.NOT_VALID | IN, COUNT: 0}
+OFF = {COB: canopen.NOT_VALID | IN}
+EMPTY = OFF | {COUNT: 0}
 
 
 @every_row(
     "values, place, value, refused",
     [
         ({}, COUNT, 0, canopen.AbortCode.DEVICE_STATE),
-        ({COB: canopen.NOT_VALID | IN}, COUNT, 0, None),
-        ({COB: canopen.NOT_VALID | IN}, COUNT, 9, canopen.AbortCode.PDO_TOO_LONG),
-        ({COB: canopen.NOT_VALID | IN}, COUNT, 2, canopen.AbortCode.NOT_MAPPABLE),
-        ({COB: canopen.NOT_VALID | IN}, ENTRY, 0x60400010, canopen.AbortCode.DEVICE_STATE),
+        (OFF, COUNT, 0, None),
+        (OFF, COUNT, 9, canopen.AbortCode.PDO_TOO_LONG),
+        (OFF, COUNT, 2, canopen.AbortCode.NOT_MAPPABLE),
+        (OFF, ENTRY, 0x60400010, canopen.AbortCode.DEVICE_STATE),
         ({}, canopen.Place(0x1400, 2), 250, canopen.AbortCode.VALUE),
         ({}, COB, 0, canopen.AbortCode.VALUE),
         ({}, COB, canopen.NOT_VALID | IN, None),
