@@ -6,9 +6,8 @@ Each is printed in sections for people, or as plain data.
 from __future__ import annotations
 
 import argparse
-import math
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, fields
 from typing import Any
 
@@ -19,9 +18,7 @@ from armdrive.cli.learn.models import (
     find_subject,
     given_goal,
     given_joints,
-    shown,
     shown_joints,
-    solution_view,
 )
 from armdrive.cli.presenter import Outcome, Result
 from armdrive.errors import BadRequest, Refused
@@ -30,12 +27,9 @@ from armdrive.render.frame_steps import StepDrawing
 from armdrive.text.numbers import number
 from kinematics.chains.assignment import Assignment, assign_frames
 from kinematics.chains.chain import rows_of
-from kinematics.chains.closed_form import how_solved
 from kinematics.chains.links import Convention
 from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
-from kinematics.frames.rotations import columns
-from kinematics.frames.transforms import Transform, position_of, rotation_of
 from kinematics.presets import ArmPreset, preset
 from kinematics.spaces import JOINT_NAMES, Joints
 from kinematics.textbook.accuracy import (
@@ -48,11 +42,8 @@ from kinematics.textbook.accuracy import (
     zero_errors,
 )
 from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency, forward_ways
-from kinematics.textbook.notation import notation
-from kinematics.textbook.study import FRAME_COORDINATES, ROW_NAMES, Study, Subject, example_posture
-from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.study import FRAME_COORDINATES, Study, Subject, example_posture
 from kinematics.textbook.systems import SYSTEMS
-from kinematics.textbook.systems.named import NamedBranch
 from kinematics.textbook.thirteen_steps import (
     AssignmentStep,
     assignment_steps,
@@ -61,7 +52,6 @@ from kinematics.textbook.thirteen_steps import (
 )
 from kinematics.textbook.worked_example import (
     ExampleSection,
-    SymbolicExample,
     coordinates_text,
     number_text,
     sections,
@@ -122,11 +112,11 @@ def _example(
 
 
 def _symbolic(subject: Subject, *, latex: bool) -> Result:
-    example = symbolic_example(subject)
+    found = tuple(symbolic_sections(symbolic_example(subject), latex=latex))
     heading = (f"% {subject.title}; {subject.source}",) if latex else _heading(subject)
-    lines = _lines_of(symbolic_sections(example, latex=latex), comment=latex)
+    lines = _lines_of(found, comment=latex)
     about = {"title": subject.title, "source": subject.source}
-    view = {**about, **symbolic_view(example, latex=latex)}
+    view = {**about, "sections": _sections_view(found)}
     return Result(view, (*heading, *lines), verbatim=latex)
 
 
@@ -150,97 +140,26 @@ def _numbers(words: Sequence[str]) -> list[float]:
         raise BadRequest(f"a joint's value: {error}") from None
 
 
-# As plain data, for `--json`: mm and degrees.
+def _sections_view(sections: Iterable[ExampleSection]) -> list[dict[str, Any]]:
+    return [{"title": each.title, "lines": list(each.lines)} for each in sections]
 
 
 def example_view(example: Study) -> dict[str, Any]:
-    """Return a worked example."""
-    subject, system = example.subject, example.subject.system
-    degeneracy = example.orientation.degeneracy
-    view: dict[str, Any] = {
+    """Return a worked example as plain data: its numbers as `fk` and `ik` give them, its page."""
+    subject = example.subject
+    return {
         "name": subject.name,
         "title": subject.title,
         "source": subject.source,
         "angles": subject.angles,
-        "unused": list(subject.unused),
-        "figure": "" if system is None else system.figure(),
         "convention": subject.chain.convention.value,
         "links": list(rows_of(subject.chain)),
         "joints": shown_joints(subject.chain, example.values),
         "violations": list(map(str, example.violations)),
-        **_factors_view(example, _rows),
         **frame_view(example.frame),
-        "rpy_degenerate": degeneracy.value if degeneracy else "",
-        "structure": how_solved(subject.chain).structure,
-        "jacobian": {
-            "rows": [ROW_NAMES[row] for row in subject.rows],
-            "values": _rows(example.jacobian),
-        },
-        "singular_values": list(example.condition.singular_values),
-        "condition": example.condition.sentence,
-        "singularities": [
-            {
-                "reason": one.reason,
-                "away_deg": None if one.distance_rad is None else math.degrees(one.distance_rad),
-                "away_mm": one.distance_mm,
-            }
-            for one in example.singularities
-        ],
-        "derivation": [
-            {"title": step.title, "formula": step.formula, "why": step.why}
-            for step in (() if system is None else system.notes.derivation)
-        ],
-        "goal": _goal(example, example.goal),
+        "branches": [branch_view(subject.chain, each) for each in example.branches],
+        "sections": _sections_view(sections(example)),
     }
-    view["branches"] = [_branch(example, each) for each in example.branches]
-    if example.solution is not None:
-        view["solution"] = solution_view(subject.chain, example.solution)
-    return view
-
-
-def symbolic_view(example: SymbolicExample, *, latex: bool) -> dict[str, Any]:
-    """Return a symbolic example, its entries as text or as LaTeX."""
-    writer = notation(latex=latex)
-
-    def written(matrix: Transform) -> list[list[str]]:
-        return [[writer.write(as_symbol(entry)) for entry in row] for row in matrix]
-
-    view = _factors_view(example, written)
-    view["product"] = written(example.product)
-    view["solutions"] = {
-        branch.name: {step.name: writer.write(step.symbol) for step in branch.steps}
-        for branch in example.branches
-    }
-    return view
-
-
-def _factors_view(
-    example: Study | SymbolicExample, written: Callable[[Transform], list[list[Any]]]
-) -> dict[str, Any]:
-    """Return the A matrices, and the base and the tool where there are such."""
-    frames = {name: written(frame) for name, frame in example.factors}
-    ends: dict[str, Any] = {name: frames.pop(name) for name in ("base", "tool") if name in frames}
-    return {"matrices": list(frames.values()), **ends}
-
-
-def _branch(example: Study, branch: NamedBranch) -> dict[str, Any]:
-    return branch_view(example.subject.chain, branch) | {
-        "workings": {
-            one.symbol: math.degrees(one.value) if one.unit == "rad" else one.value
-            for one in branch.workings
-        },
-        "comes_to": _goal(example, example.comes_to(branch)),
-        "free": list(branch.free),
-        "degenerate": branch.degenerate,
-    }
-
-
-def _goal(example: Study, values: tuple[float, ...]) -> dict[str, float]:
-    return dict(map(shown, example.coordinates, values))
-
-
-def _rows(matrix: Sequence[Sequence[float]]) -> list[list[float]]:
-    return [list(row) for row in matrix]
 
 
 # `explain --axes`: frames and link table found from an arm's joint axes, in drawn steps.
@@ -283,27 +202,10 @@ def _axes_lines(
 
 def axes_view(found: Assignment, steps: Sequence[AssignmentStep]) -> dict[str, Any]:
     """Return an assignment as plain data, in mm and degrees."""
-    chain = found.chain
-    normal, sliding, approach = columns(rotation_of(found.zero.tool))
     return {
-        "name": chain.name,
-        "convention": chain.convention.value,
-        "axes": [
-            {
-                "joint": name,
-                "kind": axis.kind.value,
-                "point_mm": list(axis.line.point),
-                "direction": list(axis.line.direction),
-            }
-            for axis, name in zip(found.zero.axes, chain.joint_names, strict=True)
-        ],
-        "tip": {
-            "point_mm": list(position_of(found.zero.tool)),
-            "approach": list(approach),
-            "sliding": list(sliding),
-            "normal": list(normal),
-        },
-        "relations": [relation.value for relation in found.relations],
+        "name": found.chain.name,
+        "convention": found.chain.convention.value,
+        "links": list(rows_of(found.chain)),
         "steps": [
             {
                 "step": step.number,
@@ -312,15 +214,6 @@ def axes_view(found: Assignment, steps: Sequence[AssignmentStep]) -> dict[str, A
             }
             for step in steps
         ],
-        "frames": [_rows(frame) for frame in found.frames],
-        "b_mm": [list(point) for point in found.points],
-        "choices": [
-            {"frame": each.frame, "step": each.step, "choice": each.sentence}
-            for each in found.choices
-        ],
-        "links": list(rows_of(chain)),
-        "base": _rows(chain.base),
-        "tool": _rows(chain.tool),
     }
 
 

@@ -138,20 +138,12 @@ def typed_name(name: str) -> str:
     return f"{name.removesuffix('_rad')}_deg" if name.endswith("_rad") else name
 
 
-def shown(name: str, value: float) -> tuple[str, float]:
-    """Return a coordinate as a person reads it, in mm and degrees."""
-    return typed_name(name), math.degrees(value) if name.endswith("_rad") else value
-
-
-def joint_name(name: str, kind: JointKind) -> str:
-    """Return a joint's name with its unit."""
-    return f"{name}_{'deg' if kind is JointKind.REVOLUTE else 'mm'}"
-
-
 def shown_joints(chain: Chain, values: Sequence[float]) -> dict[str, float]:
     """Return joint values in degrees and mm, by names that say so."""
     return {
-        joint_name(name, kind): math.degrees(value) if kind is JointKind.REVOLUTE else value
+        f"{name}_deg" if kind is JointKind.REVOLUTE else f"{name}_mm": (
+            math.degrees(value) if kind is JointKind.REVOLUTE else value
+        )
         for name, kind, value in zip(chain.joint_names, chain.kinds, values, strict=True)
     }
 
