@@ -14,7 +14,6 @@ from armdrive.cli.options import (
     add_allow_restored,
     add_arm_options,
     add_driven_arm_options,
-    add_force_option,
     add_options,
     named_number,
     naming,
@@ -128,7 +127,7 @@ def _jog(parser: argparse.ArgumentParser) -> None:
       --show-keys     print all keys with their ids; opens nothing
       --reconnect     reconnect after a lost connection, as `reconnect = true` in the arm file does
       --keys LAYOUT   the keyboard's layout, remembered from then on: %(choices)s
-      --model [NAME]  a named system, or the file of a model, without an arm; no NAME: list them
+      --model NAME    a named system (`armdrive explain --list`) or the file of a model; no arm
 
     One of:
       --setup         start on the set-up screen: find an arm, describe it, check its motors
@@ -316,9 +315,6 @@ def _points(parser: argparse.ArgumentParser) -> None:
 def _record(parser: argparse.ArgumentParser) -> None:
     """Save a recording of an arm that another program is driving.
 
-    Options:
-      --output FILE  copy the recording to this file
-
     A program that drives an arm remembers the last minutes. `record` makes it write them to a file,
     which `armdrive log` reads and `armdrive replay` compares with a simulation. After a fault the
     program writes them by itself. If you name no arm, every arm that your programs are driving is
@@ -326,12 +322,10 @@ def _record(parser: argparse.ArgumentParser) -> None:
 
     Examples:
       armdrive record
-      armdrive record --sim teachmover --output monday.jsonl
+      armdrive record --sim teachmover
 
     """
     add_driven_arm_options(parser, EVERY_DRIVEN)
-    add_options(parser, _record)
-    add_force_option(parser)
 
 
 # --- reset

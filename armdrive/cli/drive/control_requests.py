@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 from armdrive.cli.holders import ask, chosen_holders
 from armdrive.cli.presenter import Result
-from armdrive.errors import ArmError, BadRequest, HolderError
-from armdrive.storage.files import require_free, write_named
+from armdrive.errors import ArmError, HolderError
 from armdrive.storage.lock_client import ask_holder
 
 
@@ -56,19 +54,12 @@ def record(options: argparse.Namespace) -> list[Result]:
     names = chosen_holders(options)
     if not names:
         raise HolderError("no program of yours is driving an arm: there is nothing to record")
-    if options.output is not None and len(names) > 1:
-        raise BadRequest(f"several arms are being driven ({', '.join(names)}): name one")
-    if options.output is not None:
-        require_free(options.output, overwrite=options.force)
     files = [_recorded(name) for name in names]
-    if options.output is not None:
-        write_named(options.output, files[0].read_bytes())
-        files = [options.output]
-    return [Result({"recording": str(file)}, f"saved {file}") for file in files]
+    return [Result({"recording": file}, f"saved {file}") for file in files]
 
 
-def _recorded(name: str) -> Path:
+def _recorded(name: str) -> str:
     answer = ask_holder(name, "record")
     if "recording" not in answer:
         raise HolderError(f"{name} was not recorded: {answer.get('error', 'without a reason')}")
-    return Path(str(answer["recording"]))
+    return str(answer["recording"])

@@ -22,7 +22,6 @@ from armdrive.registry.arm_files import arm_paths
 from armdrive.status import State, coded
 from armdrive.storage.lock_client import is_held
 from armdrive.text.reading import read_text
-from kinematics.textbook.systems import MODEL_NAMES, system
 from tui.keys.keyboard import Keyboard, as_rows, as_text, keyboard_of
 from tui.model_desk import run_model
 from tui.settings import chosen_layout
@@ -97,26 +96,12 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
 # A model with no arm.
 
 
-def jog_model(options: argparse.Namespace, keys: Keyboard) -> Outcome:
-    """Open the desk of a model, or list the models if none is named."""
+def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
+    """Open the desk of a model."""
     if names_arm(options):
         raise BadRequest("--model has no arm: leave out --arm, --sim and --port, or --model")
     if options.setup or options.program is not None:
         raise BadRequest("a model has no set-up and runs no programs: leave them out, or --model")
-    if not options.model:
-        return _models()
     subject = find_subject(options.model)
     require_screen("jogging", "`armdrive explain` prints the same for one posture")
     return run_model(subject, ascii_only=options.ascii, keys=keys)
-
-
-def _models() -> Result:
-    titles = {name: system(name).title for name in MODEL_NAMES}
-    width = max(map(len, titles)) + 2
-    return Result(
-        {"models": [{"name": name, "title": title} for name, title in titles.items()]},
-        [
-            *(f"{name:<{width}}{title}" for name, title in titles.items()),
-            "or an arm of your own, by its link table, arm file or URDF: armdrive jog --model FILE",
-        ],
-    )

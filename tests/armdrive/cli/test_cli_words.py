@@ -4,6 +4,7 @@ import argparse
 import json
 import re
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -258,8 +259,8 @@ def test_the_examples_of_a_command_run_one_after_the_other(here, name):
         here(*line.split(), code=0)
     if name in RECORDED:
         with held_arm():
-            here("record", code=0)
-            here("record", "--output", "monday.jsonl", code=0)
+            said = here("record", code=0).out
+        shutil.copy(said.removeprefix("saved ").strip(), "monday.jsonl")
     for words in examples(name):
         for line in BEFORE_EACH.get(name, ()):
             here(*line.split(), code=0)

@@ -2,9 +2,6 @@
 
 import pytest
 
-from armdrive.cli.chosen_arm import connect_remembered
-from armdrive.connect.target import simulated_config
-
 OLD = "what was there before\n"
 LONG = "n" * 300
 """More than a file's name may have."""
@@ -17,28 +14,18 @@ def folder(tmp_path):
     return tmp_path
 
 
-@pytest.fixture
-def held():
-    """Return an arm that this program drives, for commands that ask the one that does."""
-    with connect_remembered(simulated_config("teachmover")) as arm:
-        yield arm
-
-
 @pytest.mark.parametrize(
     ("file", "words", "needed"),
     [
         ("reach.svg", ["plot", "--output"], "matplotlib"),
         ("path.svg", ["run", PROGRAM, "--plot"], "matplotlib"),
         ("it.jsonl", ["run", PROGRAM, "--record"], "homed"),
-        ("it.jsonl", ["record", "--output"], "held"),
         ("rows.pendant", ["pendant", "read"], ""),
     ],
 )
 def test_a_file_goes_into_a_folder_that_exists_and_over_another_only_with_force(
-    call, folder, request, file, words, needed
+    call, folder, file, words, needed
 ):
-    if needed == "held":
-        request.getfixturevalue("held")
     if needed == "homed":
         call("home", code=0)
     words = [word.format(folder=folder) for word in words]

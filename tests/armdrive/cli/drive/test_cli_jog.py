@@ -11,7 +11,6 @@ from armdrive.cli.chosen_arm import connect_remembered
 from armdrive.cli.drive import jog
 from armdrive.connect import parts
 from armdrive.connect.target import find
-from kinematics.textbook.systems import MODEL_NAMES
 
 
 @pytest.fixture
@@ -117,14 +116,7 @@ def test_a_file_that_cannot_be_used_is_refused_before_anything_is_opened(call, d
     assert desk == []
 
 
-# A model with no arm: which names there are, what is refused, and that no arm is opened.
-
-
-def test_without_a_name_all_models_are_listed(call):
-    called = call("jog", "--model", code=0)
-    assert all(f"{name} " in called.out for name in MODEL_NAMES)
-    listed = call("jog", "--model", "--json", code=0).json["models"]
-    assert [one["name"] for one in listed] == list(MODEL_NAMES)
+# A model with no arm.
 
 
 @pytest.mark.usefixtures("_terminal")
