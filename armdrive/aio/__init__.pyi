@@ -15,7 +15,6 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.connection import ProgramView
 from armdrive.connect.parts import Parts
 from armdrive.dialog import Operator, PostureRequest
-from armdrive.motion.device import RowReport
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped
 from armdrive.motion.jog import Jogged
@@ -106,9 +105,7 @@ class AsyncControllerMemory(AsyncCalls[ControllerMemory]):
 
     async def read_program(self) -> PendantProgram:
         """Read the program in the arm's own memory; takes a few seconds and moves nothing."""
-    async def write_program(
-        self, program: PendantProgram, *, leave_others: bool = ..., report: RowReport = ...
-    ) -> int:
+    async def write_program(self, program: PendantProgram, *, leave_others: bool = ...) -> int:
         """Write a program into the arm's memory and read it back; moves nothing."""
     async def fix_settings(self, lines: Sequence[str] | None = ...) -> DeviceSettings:
         """Write the lines that set the device as the arm file expects. Moves nothing."""

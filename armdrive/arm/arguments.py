@@ -85,7 +85,6 @@ RULES: Mapping[str, Rule] = MappingProxyType(
         "Place": _PLACE,
         "ProgramView": call,
         "Pose": made_of(Pose, "a pose", POSE_EXAMPLE),
-        "RowReport": call,
         "Sequence[PathPart]": PARTS,
         "Sequence[str]": several(text, "a list of lines", '["$100=250"]'),
         "SimulatedArm": expected(

@@ -13,13 +13,13 @@ from armdrive.connect.runner import PATIENCE_S
 from armdrive.errors import BadRequest, InputTimeout
 from armdrive.errors.arguments import checked_calls, known_attributes
 from armdrive.motion import device as device_tasks
-from armdrive.motion.device import RowReport, require_inputs, require_outputs
+from armdrive.motion.device import require_inputs, require_outputs
 from armdrive.registry import pendant_of
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.overrides import LONGEST_SIMULATED_WAIT_S
 from armdrive.runtime.states import Event
 from armdrive.status import BELIEVED, State
-from armdrive.tasks import DeviceSettings, unreported
+from armdrive.tasks import DeviceSettings
 from armdrive.trace.recorder import traced
 
 if TYPE_CHECKING:
@@ -186,26 +186,19 @@ class ControllerMemory(ArmPart):
         return programs.from_words(rows, self._origin())
 
     @blocking
-    async def write_program(
-        self,
-        program: PendantProgram,
-        *,
-        leave_others: bool = False,
-        report: RowReport = unreported,
-    ) -> int:
+    async def write_program(self, program: PendantProgram, *, leave_others: bool = False) -> int:
         """Write a program into the arm's memory and read it back; moves nothing.
 
-        Returns the number of rows that had to be written. The engine's thread calls `report` with
-        each row's number once the row is in the arm; `report` must not block. Raises `Refused` if
-        the program was read under a different reference, so that its rows now mean other places
-        (`moved_to` shifts them), or if the arm has rows that the program does not replace, unless
-        `leave_others`. If writing ends early, raises `ProgramHalfWritten`.
+        Returns the number of rows that had to be written. Raises `Refused` if the program was read
+        under a different reference, so that its rows now mean other places (`moved_to` shifts
+        them), or if the arm has rows that the program does not replace, unless `leave_others`. If
+        writing ends early, raises `ProgramHalfWritten`.
         """
         self._own_programs()
         program.require_fitting(self._core.controller.abilities.program_rows)
         program.require_origin(self._origin())
         body = device_tasks.write_program(
-            self._parts.context, program.words, leave_others=leave_others, report=report
+            self._parts.context, program.words, leave_others=leave_others
         )
         return await self._parts.runner.perform(body, PROGRAM_PATIENCE_S)
 

@@ -14,12 +14,10 @@ import argparse
 import contextlib
 import json
 import os
-import queue
 import re
 import shutil
 import sys
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TextIO
@@ -277,39 +275,6 @@ def agreed(question: str) -> bool:
         return False
     answer = confirmation(question)
     return answer is not None and answer.lower() in ("yes", "y")
-
-
-# Printing in a thread.
-
-
-@contextlib.contextmanager
-def background_thread(
-    name: str, work: Callable[[], None], end: Callable[[], object]
-) -> Iterator[None]:
-    """Run `work` in a thread during a `with` block; `end` signals that the block is over."""
-    thread = threading.Thread(target=work, name=name, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        end()
-        thread.join()
-
-
-@contextlib.contextmanager
-def reporter(options: argparse.Namespace) -> Iterator[Callable[[str], None]]:
-    """Yield a function that has a line about progress printed, and does not wait for that.
-
-    The engine's thread calls it, which a blocked terminal must not block.
-    """
-    lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-
-    def work() -> None:
-        while (line := lines.get()) is not None:
-            tell(options, line)
-
-    with background_thread("reporter", work, lambda: lines.put(None)):
-        yield lines.put
 
 
 # Remedies name a command. If this command named its arm, the next one has to name it as well.

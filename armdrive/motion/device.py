@@ -6,7 +6,7 @@ are switched. Nothing here moves the arm.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from armdrive.errors import (
     ArmError,
@@ -33,7 +33,6 @@ from armdrive.tasks import (
     SetOutputs,
     TaskBody,
     WriteRow,
-    unreported,
 )
 from kinematics.text import counted
 
@@ -90,8 +89,6 @@ def fix_settings(context: MotionContext, lines: tuple[str, ...]) -> TaskBody[Dev
 # The words of one row; the first is its number.
 Row = tuple[int, ...]
 
-RowReport = Callable[[int], object]
-
 READINGS = 5  # attempts until two readings in succession agree
 
 
@@ -114,15 +111,12 @@ def read_program(context: MotionContext) -> TaskBody[tuple[Row, ...]]:
 
 
 def write_program(
-    context: MotionContext,
-    rows: Sequence[Row],
-    *,
-    leave_others: bool,
-    report: RowReport = unreported,
+    context: MotionContext, rows: Sequence[Row], *, leave_others: bool
 ) -> TaskBody[int]:
     """Write rows into the device's memory; return the number of rows written.
 
-    Rows that are already there are skipped; `report` is called with the number of each written row.
+    Rows that are already there are skipped.
+
     Raises `Refused` if the memory has rows with other numbers, which cannot be deleted from here,
     unless `leave_others`; and `ProgramHalfWritten` if writing ends early or the memory differs
     afterwards.
@@ -140,7 +134,6 @@ def write_program(
         for row in missing:
             yield from _write_row(context, row)
             written += 1
-            report(row[0])
         after = yield from read_program(context)
     except ArmError as error:
         raise _half(error, written, len(missing)) from error

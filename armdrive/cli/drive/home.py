@@ -10,7 +10,7 @@ from armdrive.arm.reference import homes_by_switches
 from armdrive.cli.arm_files import chosen_target
 from armdrive.cli.chosen_arm import opened_arm
 from armdrive.cli.options import named_number
-from armdrive.cli.presenter import Result, agreed, as_json, reporter, say, tell
+from armdrive.cli.presenter import Result, agreed, as_json, say, tell
 from armdrive.cli.terminal_operator import TerminalOperator, ready_arm
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.motion.reference import Verdict, Verified, verified_view
@@ -87,8 +87,7 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     if not sure and (as_json(options) or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("not confirmed, so nothing moved: answer yes, or give --switches")
     arm.enable()
-    with reporter(options) as report:
-        arm.home(report=lambda group: report(f"homed: {' and '.join(group)}"))
+    arm.home()
 
 
 def _declared(options: argparse.Namespace) -> tuple[Joints | Pose, float] | None:

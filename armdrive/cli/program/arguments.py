@@ -40,7 +40,6 @@ def _demo(parser: argparse.ArgumentParser) -> None:
 
     Options:
       --pace FACTOR  in a terminal, show it this many times faster than real time (%(default)g)
-      --plain        lines instead of a drawing
       --ascii        draw without braille characters
 
     The command checks the finished tower in the simulated world itself: it ends with exit code 1 if

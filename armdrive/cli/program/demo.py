@@ -103,7 +103,7 @@ def run(options: argparse.Namespace) -> Result:
     config = simulated_config(DIALECT)
     twin = simulate(config, blocks=blocks_of(JOBS))
     began_s = time.monotonic()
-    if sys.stdout.isatty() and not (options.plain or as_json(options)):
+    if sys.stdout.isatty() and not as_json(options):
         carried, simulated_s = draw(config, twin, pace=options.pace, ascii_only=options.ascii)
     else:
         with Arm(connect_simulated(config, twin=twin)) as arm:

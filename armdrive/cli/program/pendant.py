@@ -8,11 +8,10 @@ from pathlib import Path
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import chosen_target
-from armdrive.cli.presenter import Result, agreed, as_json, put_error, say
+from armdrive.cli.presenter import Result, agreed, as_json, say
 from armdrive.cli.terminal_operator import ready_arm
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import OperatorNeeded, PendantFileError
-from armdrive.motion.device import named_rows
 from armdrive.registry import pendant_of
 from armdrive.registry.pendant import PendantProgram
 from armdrive.status import BELIEVED
@@ -56,7 +55,7 @@ def write(options: argparse.Namespace) -> Result:
             raise OperatorNeeded(
                 "not confirmed, nothing was written: add --yes to write without asking"
             )
-        written = _written(arm, program, leave_others=options.leave_others)
+        written = arm.controller.write_program(program, leave_others=options.leave_others)
     summary = (
         f"{counted(count, 'row is', 'rows are')} in the arm: {written} written, and "
         "all read back as they should"
@@ -72,19 +71,6 @@ def _question(arm: Arm, program: PendantProgram) -> str:
         f"Write {counted(len(program.rows), 'row')} into the memory of {arm.status.arm}? "
         "Nothing moves. yes: "
     )
-
-
-def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
-    """Write; if interrupted, say which rows are already in the arm."""
-    done: list[int] = []
-    try:
-        return arm.controller.write_program(program, leave_others=leave_others, report=done.append)
-    except Exception:
-        raise  # its own words name the rows
-    except BaseException:
-        new = f"{named_rows(done)} new in the arm" if done else "nothing new in the arm"
-        put_error(f"{new}; the next one perhaps, the others as before\n")
-        raise
 
 
 # Files of a pendant's program.

@@ -25,7 +25,6 @@ from armdrive.arm import Arm
 from armdrive.cli.presenter import (
     ERROR_LABEL,
     as_json,
-    background_thread,
     complain,
     fit,
     put,
@@ -86,10 +85,13 @@ class Display:
     @contextlib.contextmanager
     def shown(self) -> Iterator[Self]:
         """Keep the status line up to date until the run is over."""
+        thread = threading.Thread(target=self._look, name="progress", daemon=True)
+        thread.start()
         try:
-            with background_thread("progress", self._look, self._over.set):
-                yield self
+            yield self
         finally:
+            self._over.set()
+            thread.join()
             self._put("", wipes=True)
 
     def tell(self, event: Mapping[str, Any] | None, text: str) -> None:

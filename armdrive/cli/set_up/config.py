@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +20,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.registry import dialect
 from armdrive.registry.arm_files import ENDING, arm_of, arm_paths, arm_problems, load_arm
 from armdrive.runtime.stop_bounds import homing_bound, stop_bound
-from armdrive.status import pose_view, rounded_up
+from armdrive.status import rounded_up
 from armdrive.storage import files as places
 from kinematics.presets import ArmPreset
 from kinematics.text import counted
@@ -168,12 +167,6 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
         "motors": list(_motors(model.transmission)),
         "gripper": config.gripper.kind,
         "homes_by_itself": config.homing is not None,
-        "reference": None if model.reference is None else pose_view(model.reference.pose),
-        "park": pose_view(config.park),
-        "tool": asdict(config.tool) if config.tool else None,
-        "frames": list(config.frames),
-        "jog_burst_s": config.motion.jog_burst_s,
-        "planned_burst_s": config.motion.planned_burst_s,
         "stopping": _stopping(config),
         "notes": model.notes,
     } | lengths
