@@ -28,7 +28,7 @@ HEAD = """# The keys of an arm file
 
 Made from the schema by `python docs/generated.py`. [arm-file.md](arm-file.md) shows a whole
 file and explains the tables by joint and by motor; this page lists every key of the other sections.
-A key that is left out has its default. `armdrive config show NAME --toml` prints all of them with
+A key that is left out has its default. `armdrive config show NAME` prints all of them with
 their present values, and `armdrive config check NAME` says everything that is wrong.
 """
 

@@ -368,7 +368,7 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
     if not config.model.verified:
         yield (
             "its numbers are a template: Cartesian motion is refused until every key of [lengths] "
-            "and [steps_per_turn] is given as measured (`armdrive config show NAME --toml` prints "
+            "and [steps_per_turn] is given as measured (`armdrive config show NAME` prints "
             "the template's, which do not count unchanged), or, of a link table, verified = true "
             "in its model file"
         )

@@ -207,9 +207,9 @@ class Core:
             raise Refused(
                 f"the lengths and steps of the {self.config.model.title} are unverified template "
                 "values, so a Cartesian goal would be wrong. Measure the arm and enter every key "
-                "of [lengths] and [steps_per_turn] in its arm file (`armdrive config show NAME "
-                "--toml` prints the template's values, which count only once they are measured), "
-                "or set verified = true in its model file. Moving single joints works as it is"
+                "of [lengths] and [steps_per_turn] in its arm file (`armdrive config show NAME` "
+                "prints the template's values, which count only once they are measured), or set "
+                "verified = true in its model file. Moving single joints works as it is"
             )
 
     def require_settings(self, *, homing: bool = False) -> None:

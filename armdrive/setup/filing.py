@@ -70,9 +70,7 @@ def _heading(draft: Draft) -> str:
     ]
     if draft.template.note:
         lines.append(draft.template.note)
-    lines.append(
-        f"`{command_line('config', 'show', draft.name, '--toml')}` lists every key with its value."
-    )
+    lines.append(f"`{command_line('config', 'show', draft.name)}` lists every key with its value.")
     return "\n".join(lines)
 
 

@@ -78,9 +78,6 @@ def _config_show(parser: argparse.ArgumentParser) -> None:
 
     Operands:
       NAME  an arm file, by name or path
-
-    Options:
-      --toml  as an arm file with every default
     """
     add_options(parser, _config_show)
     add_json_option(parser)
@@ -114,7 +111,7 @@ CONFIG_ACTIONS: Mapping[str, Action] = MappingProxyType({
                      "set_up.arm_trials:limits", _config_signs),
     "list": Action("list the arm files",
                    "set_up.config:list_arms", add_json_option),
-    "show": Action("show an arm as armdrive reads its file",
+    "show": Action("print an arm file with every key, and how the arm stops",
                    "set_up.config:show", _config_show),
     "check": Action("report every problem of an arm file",
                     "set_up.config:check", _config_check),
@@ -131,7 +128,7 @@ def _config(parser: argparse.ArgumentParser) -> None:
       armdrive config new bench --template printed-six --yes
       armdrive config signs bench                         which way the motors turn
       armdrive config limits bench                        do the limit switches stop the arm?
-      armdrive config show bench --toml                   every key with its value
+      armdrive config show bench                          every key with its value
       armdrive config check bench
       armdrive config set-default bench
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,6 @@ from armdrive.cli.arm_files import choose_default, default_arm, path_of
 from armdrive.cli.commands import USAGE
 from armdrive.cli.presenter import Result
 from armdrive.config.arm import ArmConfig, read_arm_table, remarks_on
-from armdrive.config.preset import LENGTHS
-from armdrive.config.sections import OPENING
 from armdrive.config.write import complete
 from armdrive.connect.target import SIM, simulated_config
 from armdrive.errors import ArmFileError, BadRequest
@@ -22,9 +19,7 @@ from armdrive.registry.arm_files import ENDING, arm_of, arm_paths, arm_problems,
 from armdrive.runtime.stop_bounds import homing_bound, stop_bound
 from armdrive.status import rounded_up
 from armdrive.storage import files as places
-from kinematics.presets import ArmPreset
 from kinematics.text import counted
-from kinematics.transmission import Transmission
 
 
 def list_arms(options: argparse.Namespace) -> Result:  # noqa: ARG001
@@ -72,18 +67,17 @@ def _listed(arms: Sequence[Mapping[str, Any]], default: str) -> Iterator[str]:
 
 
 def show(options: argparse.Namespace) -> Result:
-    """Show an arm as armdrive reads its file."""
+    """Show an arm as armdrive reads its file: every key with its value, and how the arm stops."""
     path = path_of(options.name)
     table = read_arm_table(path)
     try:
         config = arm_of(table, path)
     except ArmFileError as error:
         raise ArmFileError(f"{error}; `armdrive config check` shows every problem") from None
-    if options.toml:
-        text = complete(config, table)
-        return Result({"toml": text}, text.rstrip("\n").split("\n"), verbatim=True)
-    view = arm_view(config)
-    return Result(view, arm_lines(view))
+    text, stopping = complete(config, table), _stopping(config)
+    lines = (*text.split("\n"), *(f"# {line}" for line in _stop_lines(stopping)))
+    view = {"arm": config.name, "toml": text, "stopping": stopping}
+    return Result(view, lines, verbatim=True)
 
 
 def check(options: argparse.Namespace) -> Iterator[Result]:
@@ -138,59 +132,16 @@ def _require_usable(name: str) -> None:
     load_arm(path_of(name))
 
 
-# An arm as armdrive reads its file: lengths, steps, directions, limits, stopping.
-
-
-def arm_view(config: ArmConfig) -> dict[str, Any]:
-    """Return an arm as plain data, units in the names."""
-    model = config.model
-    names = model.arm.joint_names
-    speeds = (round(math.degrees(speed), 3) for speed in model.joint_speeds_rad_s)
-    lengths = {}
-    if isinstance(config.bare, ArmPreset):
-        lengths = {"lengths": {key: getattr(config.bare.arm, key) for key in LENGTHS}}
-    return {
-        "arm": config.name,
-        "title": config.title,
-        "model": model.key,
-        "verified": model.verified,
-        "dialect": config.connection.dialect,
-        "port": config.connection.port,
-        "usb_serial": config.connection.usb_serial,
-        "baud": config.connection.baud,
-        "reach_mm": round(model.arm.levers_mm(None)[0], 1),
-        "limits_deg": {
-            name: [round(math.degrees(each.low_rad), 3), round(math.degrees(each.high_rad), 3)]
-            for name, each in zip(names, model.arm.limits, strict=True)
-        },
-        "speeds_deg_s": dict(zip(names, speeds, strict=True)),
-        "motors": list(_motors(model.transmission)),
-        "gripper": config.gripper.kind,
-        "homes_by_itself": config.homing is not None,
-        "stopping": _stopping(config),
-        "notes": model.notes,
-    } | lengths
-
-
-def _motors(transmission: Transmission | None) -> Iterator[dict[str, Any]]:
-    if transmission is None:
-        return
-    seen = [*transmission.joint_names, OPENING][: len(transmission.motors)]
-    for index, motor in enumerate(transmission.motors):
-        turns = index < len(transmission.joint_names)
-        steps = abs(motor.steps_per_unit) * (math.tau if turns else 1.0)
-        sign = math.copysign(1.0, motor.steps_per_unit)
-        shares = zip(seen, motor.sees, strict=True)
-        yield {
-            "name": motor.name,
-            "steps_per_turn" if turns else "steps_per_mm": round(steps, 6),
-            "counts_up_for": {name: sign * share for name, share in shares if share},
-            "follows": {transmission.motors[other].name: ratio for other, ratio in motor.follows},
-        }
+# How an arm stops, stretched out.
 
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
-    """Return the stop bounds with the arm stretched out: jogging, moving as planned, homing."""
+    """Return the stop bounds with the arm stretched out: jogging, moving as planned, homing.
+
+    A template without motor steps moves nothing.
+    """
+    if config.model.transmission is None:
+        return {}
     controller, motion = dialect(config.connection.dialect).controller(config), config.motion
     found = {
         "jog": stop_bound(config, controller, motion.jog_burst_s),
@@ -209,42 +160,13 @@ def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
     }
 
 
-def arm_lines(view: dict[str, Any]) -> list[str]:
-    """Return the view as lines of text."""
-    lines = [
-        f"{view['arm']}: {view['title']}, model {view['model']}"
-        + ("" if view["verified"] else " (a template: Cartesian motion is refused)"),
-        f"speaks {view['dialect']} at {_port_words(view)}, {view['baud']} baud",
-    ]
-    if "lengths" in view:
-        named = view["lengths"].items()
-        lengths = (f"{key.removesuffix('_mm').replace('_', ' ')} {mm:g}" for key, mm in named)
-        lines.append(f"lengths: {', '.join(lengths)} mm")
-    lines.append(f"reach {view['reach_mm']:g} mm from the base axis at most")
-    for name, (low, high) in view["limits_deg"].items():
-        speed = view["speeds_deg_s"][name]
-        lines.append(f"  {name:<14} {low:8g} to {high:<6g} deg, {speed:g} deg/s")
-    lines += [_motor_line(motor) for motor in view["motors"]] or ["the motor steps are unknown"]
-    homes = "yes" if view["homes_by_itself"] else "no"
-    lines.append(f"gripper: {view['gripper']}; homes by itself: {homes}")
-    for what, bound in view["stopping"].items():
-        lines.append(
+_WHILE = {"jog": "jogging", "planned": "moving as planned", "homing": "homing by its switches"}
+
+
+def _stop_lines(stopping: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
+    for what, bound in stopping.items():
+        yield (
             f"a stop while {_WHILE[what]} takes at most {bound['time_s']:g} s and "
             f"{bound['distance_mm']:g} mm (this program dying: {bound['silent_time_s']:g} s, "
             f"{bound['silent_distance_mm']:g} mm)"
         )
-    return [*lines, f"notes: {view['notes']}"] if view["notes"] else lines
-
-
-_WHILE = {"jog": "jogging", "planned": "moving as planned", "homing": "homing by its switches"}
-
-
-def _motor_line(motor: dict[str, Any]) -> str:
-    unit = "mm" if "steps_per_mm" in motor else "turn"
-    shares = ", ".join(
-        f"{'+' if share > 0 else '-'}{name}" + ("" if abs(share) == 1 else f" x {abs(share):g}")
-        for name, share in motor["counts_up_for"].items()
-    )
-    follows = "".join(f", follows {name} x {ratio}" for name, ratio in motor["follows"].items())
-    steps = f"{motor[f'steps_per_{unit}']:g} steps/{unit}"
-    return f"  motor {motor['name']:<13} {steps}, up for {shares}{follows}"

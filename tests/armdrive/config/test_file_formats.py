@@ -118,7 +118,7 @@ def first_key(text):
 def test_every_text_of_an_arm_states_its_format_first(call):
     path = write_arm_file("bench", 'model = "teachmover"\n')
     config = load_arm(path)
-    shown = call("config", "show", "bench", "--toml", "--json", code=0).json["toml"]
+    shown = call("config", "show", "bench", "--json", code=0).json["toml"]
     for text in (shown, texts_of(config)[0], new_text(config)):
         assert first_key(text) == "format"
 

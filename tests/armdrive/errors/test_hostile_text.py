@@ -152,7 +152,7 @@ HEADER = (
 
 OUTLETS = {
     "an arm file and its points": (arm_file, (
-        "config show bench", "config show bench --toml", "config list", "points list --arm bench",
+        "config show bench", "config list", "points list --arm bench",
         "points list --arm bench --json", "points show x --arm bench",
     )),
     "a key of an arm file": (broken_arm_file, ("config show bench", "config check", "config list")),

@@ -234,12 +234,11 @@ def test_an_unknown_arm_cannot_be_the_default(call, name):
 def test_an_arm_is_shown_as_it_is_understood(call):
     write_arm_file("bench", PLAIN + "[motor_signs]\nelbow = -1\n[lengths]\nhand_mm = 97\n")
     said = call("config", "show", "bench", code=0).out
-    assert "hand 97 mm" in said
-    assert "4158 steps/turn, up for +shoulder, +elbow" in said
-    assert "a stop while jogging takes at most" in said
+    assert "\n# a stop while jogging takes at most" in said
     view = call("config", "show", "bench", "--json", code=0).json
-    assert view["motors"][5]["follows"] == {"elbow": -1}
-    assert view["limits_deg"]["elbow"] == [-149, 0]
+    table = tomllib.loads(view["toml"])
+    assert (table["lengths"]["hand_mm"], table["motor_signs"]["elbow"]) == (97, -1)
+    assert table["limits_deg"]["elbow"] == [-149, 0]
     assert view["stopping"]["jog"]["time_s"] < 0.3
 
 
@@ -322,7 +321,7 @@ def test_the_complete_file_is_the_same_arm_to_the_last_bit(call, text):
     six = six_arm().replace("sees = { elbow = 1 }", "sees = { elbow = 1 }\nbacklash_deg = 0.5")
     text = {"five": shown_files()[1], "six": six + yaw + homing, "urdf": urdf_arm}.get(text, text)
     path = write_arm_file("bench", text)
-    whole = call("config", "show", "bench", "--toml", code=0).out
+    whole = call("config", "show", "bench", code=0).out
     ours, again = (
         load_arm(path),
         parse_arm(tomllib.loads(whole), name="bench", folder=path.parent),
@@ -367,7 +366,7 @@ def test_an_arm_whose_adapter_is_known_by_its_number_has_a_port(call):
     for words in (("list",), ("show", "bench"), ("check", "bench")):
         said = call("config", *words, code=0).out
         assert "no port" not in said
-        assert words == ("check", "bench") or "USB adapter A50285BI" in said
+        assert words == ("check", "bench") or "A50285BI" in said
 
 
 def test_a_missing_arm_file_is_reported_as_in_the_list(call):
