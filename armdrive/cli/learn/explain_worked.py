@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import argparse
 import shutil
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, fields
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 from armdrive.cli.learn.arguments import ACCURACY, EFFICIENCY
@@ -225,17 +225,17 @@ COUNTED = ("minimover5", "puma")
 def _efficiency(names: Sequence[str]) -> Result:
     """Count the operations of these models, or of the Mini-mover and the Puma."""
     subjects = [find_subject(name) for name in names or COUNTED]
-    counted = [_counted(subject) for subject in subjects]
-    lines = [
-        line
-        for subject, one in zip(subjects, counted, strict=True)
-        for line in (subject.title, *_efficiency_lines(one))
+    found = [
+        ExampleSection(subject.title, tuple(_efficiency_lines(_counted(subject))))
+        for subject in subjects
     ]
-    lines.append("counted by running the code on counting numbers; an arm's constants cost nothing")
+    heading = ["counted by running the code on counting numbers; an arm's constants cost nothing"]
     if not names:
         others = ", ".join(name for name in SYSTEMS if name not in COUNTED)
-        lines.append(f"`armdrive explain efficiency MODEL ...` counts others: {others}, or a file")
-    return Result({"efficiency": [_efficiency_view(one) for one in counted]}, lines)
+        heading.append(
+            f"`armdrive explain efficiency MODEL ...` counts others: {others}, or a file"
+        )
+    return Result({"sections": _sections_view(found)}, (*heading, *_lines_of(found)))
 
 
 def _counted(subject: Subject) -> Efficiency:
@@ -250,7 +250,6 @@ def _efficiency_lines(counted: Efficiency) -> Iterator[str]:
     for title, ways in (("forward", counted.forward), ("inverse", counted.inverse)):
         if ways:
             yield from _way_lines(title, ways)
-    yield ""
 
 
 def _way_lines(title: str, ways: Sequence[Way]) -> Iterator[str]:
@@ -265,23 +264,10 @@ def _way_lines(title: str, ways: Sequence[Way]) -> Iterator[str]:
         yield f"    {names[0] if len(names) == 1 else 'each branch'}: {what}"
 
 
-def _efficiency_view(counted: Efficiency) -> dict[str, Any]:
-    def ways(found: Sequence[Way]) -> list[dict[str, Any]]:
-        return [{"name": way.name, "what": way.what, **asdict(way.tally)} for way in found]
-
-    return {
-        "system": counted.system,
-        "forward": ways(counted.forward),
-        "inverse": ways(counted.inverse),
-    }
-
-
 # How exact an arm is at a posture, and why (McKerrow, chapter 4, section 14).
 
 DEFAULT_ARM = "minimover5"
 DEFAULT_DEG = (0.0, 40.0, -60.0, -70.0, 0.0)
-
-GROUPS = ("a motor step", "1 mm of a length", "0.1 degrees of a zero", "1 % of a gearing")
 
 
 def _accuracy(words: Sequence[str]) -> Result:
@@ -291,28 +277,19 @@ def _accuracy(words: Sequence[str]) -> Result:
     if transmission is None:
         raise Refused(f"the motor steps of the {model.title} are not known")
     joints = _posture(words[1:])
-    errors = _errors(model, transmission, joints)
+    found = [
+        ExampleSection(
+            f"what {group} does to the tip",
+            tuple(f"  {each.cause:<16}{each.distance_mm:8.3f} mm" for each in errors),
+        )
+        for group, errors in _errors(model, transmission, joints).items()
+    ]
     bound_mm = rounding_bound_mm(model.arm, transmission, joints)
     rms_mm = rounding_rms_mm(model.arm, transmission, joints)
-    view = {
-        "arm": model.key,
-        "joints_deg": list(joints.deg.values()),
-        "errors": [
-            {"group": group, **asdict(each), "distance_mm": each.distance_mm}
-            for group, each in errors
-        ],
-        "rounding_rms_mm": rms_mm,
-        "rounding_bound_mm": bound_mm,
-    }
-    lines = [f"{model.title} at {joints}"]
-    for group in GROUPS:
-        lines += ["", f"what {group} does to the tip"]
-        lines += [
-            f"  {each.cause:<16}{each.distance_mm:8.3f} mm" for of, each in errors if of == group
-        ]
-    rounding = f"{rms_mm:.3f} mm on average (RMS), {bound_mm:.3f} mm at most"
-    lines += ["", f"rounding to whole steps: {rounding}"]
-    return Result(view, lines)
+    rounding = f"  {rms_mm:.3f} mm on average (RMS), {bound_mm:.3f} mm at most"
+    found.append(ExampleSection("rounding to whole steps", (rounding,)))
+    view = {"arm": model.key, "sections": _sections_view(found)}
+    return Result(view, (f"{model.title} at {joints}", *_lines_of(found)))
 
 
 def _posture(words: Sequence[str]) -> Joints:
@@ -324,12 +301,12 @@ def _posture(words: Sequence[str]) -> Joints:
 
 def _errors(
     model: ArmPreset, transmission: Transmission, joints: Joints
-) -> list[tuple[str, TipError]]:
+) -> Mapping[str, Sequence[TipError]]:
+    """Return the errors of the tip by what causes them."""
     arm = model.arm
-    columns = (
-        step_errors(arm, transmission, joints),
-        length_errors(arm, joints),
-        zero_errors(arm, joints),
-        gearing_errors(arm, transmission, joints),
-    )
-    return [(group, each) for group, column in zip(GROUPS, columns, strict=True) for each in column]
+    return {
+        "a motor step": step_errors(arm, transmission, joints),
+        "1 mm of a length": length_errors(arm, joints),
+        "0.1 degrees of a zero": zero_errors(arm, joints),
+        "1 % of a gearing": gearing_errors(arm, transmission, joints),
+    }

@@ -78,29 +78,31 @@ def test_latex_is_only_formulas_and_comments(call):
     assert "l_{1} C_{1} + l_{2} C_{12}" in said
 
 
+def lines_of(call, *words):
+    """Return the lines of a page's sections by their titles."""
+    sections = call("explain", *words, "--json", code=0).json["sections"]
+    return {each["title"]: [line.split() for line in each["lines"]] for each in sections}
+
+
 def test_accuracy_tells_what_steps_and_errors_do(call):
-    said = call("explain", "accuracy", code=0).out
-    assert "what a motor step does to the tip" in said
-    found = call(
-        "explain", "accuracy", "teachmover", "10", "40", "-60", "-70", "0", "--json", code=0
-    )
-    steps = [each for each in found.json["errors"] if each["group"] == "a motor step"]
-    assert [each["cause"] for each in steps][:3] == ["base", "shoulder", "elbow"]
-    assert 0.2 < steps[2]["distance_mm"] < 0.3
-    assert found.json["rounding_rms_mm"] < found.json["rounding_bound_mm"]
+    assert "== what a motor step does to the tip" in call("explain", "accuracy", code=0).out
+    found = lines_of(call, "accuracy", "teachmover", "10", "40", "-60", "-70", "0")
+    base, shoulder, elbow, *_ = found["what a motor step does to the tip"]
+    assert (base[0], shoulder[0], elbow[0]) == ("base", "shoulder", "elbow")
+    assert 0.2 < float(elbow[1]) < 0.3
+    ((rms_mm, *_, bound_mm, _, _, _),) = found["rounding to whole steps"]
+    assert float(rms_mm) < float(bound_mm)
 
 
 def test_efficiency_prints_counts(call, own):
     said = call("explain", "efficiency", code=0).out
-    assert "Mini-mover 5" in said
-    assert "multiplications" in said
-    assert "full products" in said
-    (mine,) = call("explain", "efficiency", own, "--json", code=0).json["efficiency"]
-    assert (len(mine["forward"]), mine["inverse"]) == (3, [])
-    found = call("explain", "efficiency", "two-link-1", "--json", code=0).json["efficiency"]
-    assert [each["system"] for each in found] == ["two-link-1"]
-    ways = {way["name"]: way for way in found[0]["forward"]}
-    assert ways["full products"]["multiplications"] > ways["own products"]["multiplications"] > 0
+    assert "== Mini-mover 5" in said
+    (mine,) = lines_of(call, "efficiency", own).values()
+    assert len(mine) == 7  # three ways forward, their heading and what they are; none inverse
+    (found,) = lines_of(call, "efficiency", "two-link-1").values()
+    assert found[0][:2] == ["forward", "multiplications"]
+    products = {line[0]: int(line[2]) for line in found[1:4]}
+    assert products["full"] > products["own"] > 0
 
 
 STAGES = ("The joints", "Frame 0", "Frame 1", "Frame 2", "Link 1, joint theta1", "Link 2")
