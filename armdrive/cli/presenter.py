@@ -17,7 +17,7 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, TextIO
@@ -147,15 +147,6 @@ def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:
     """
     stream = sys.stdout if output is None else output
     _send(control + _printable(text, stream), stream)
-
-
-def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
-    """Write lines over those that were drawn before, in one piece, so that nothing flickers.
-
-    `control` and `line_end` are sequences of our own, and are written as they are.
-    """
-    shown = (_printable(printable(line), sys.stdout) for line in lines)
-    _send(control + "".join(f"{line}{line_end}" for line in shown), sys.stdout)
 
 
 # Begins every error; a terminal shows it in red.

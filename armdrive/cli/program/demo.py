@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 
 from armdrive.arm import Arm
 from armdrive.cli.arm_files import default_arm
-from armdrive.cli.presenter import Result, as_json, draw_over, put, show, tell
+from armdrive.cli.presenter import Result, as_json, put, show, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
 from armdrive.connect.target import DEFAULT_TARGET, simulated_config
@@ -28,7 +28,7 @@ from kinematics.text import mm_text
 
 FRAME_S = 1.0 / 15.0
 MOST_ROWS = 22  # the messages below the picture stay in view
-CLEAR_LINE, CURSOR_OFF, CURSOR_ON = "\x1b[K", "\x1b[?25l", "\x1b[?25h"
+CURSOR_OFF, CURSOR_ON = "\x1b[?25l", "\x1b[?25h"
 
 
 def draw(
@@ -75,7 +75,8 @@ def _draw(
         message = message.replace("°", " deg")
     picture.append(f"{arm.parts.pace.now_s():6.1f} s  {message}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""
-    draw_over(picture, control=back, line_end=f"{CLEAR_LINE}\n")
+    # full lines, and all at once: they cover the last picture without a flicker
+    put("".join(f"{line:<{width}}\n" for line in picture), control=back)
     return len(picture)
 
 
