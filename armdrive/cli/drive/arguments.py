@@ -95,7 +95,6 @@ def _home(parser: argparse.ArgumentParser) -> None:
 
     One of:
       --yes                    the arm is in its reference posture now: do not ask
-      --confirm                instead: the arm is where an earlier command left it
       --declare JOINT=DEG ...  instead: the arm is at these angles (gripper=MM too), or at `park`
       --switches               MOVE an arm with switches to them without asking
       --guide                  practise the steps on a simulated arm

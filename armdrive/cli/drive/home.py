@@ -50,10 +50,7 @@ def home(options: argparse.Namespace) -> Result:
 def _reference(
     arm: Arm, options: argparse.Namespace, declared: tuple[Joints | Pose, float] | None
 ) -> None:
-    if options.confirm:
-        arm.enable()
-        arm.reference.confirm_restored()
-    elif options.yes:
+    if options.yes:
         arm.enable()
         arm.reference.confirm()
     elif declared is not None:

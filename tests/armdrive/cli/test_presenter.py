@@ -156,7 +156,7 @@ HOME, FIX = "run `armdrive home`, or call home()", "`armdrive doctor --fix` send
         ({"arm": "my arm"}, HOME, " --arm 'my arm'"),
         ({"port": "/dev/x", "dialect": "mks"}, HOME, " --port /dev/x --dialect mks"),
         ({}, HOME, ""),
-        ({"arm": "bench"}, "`armdrive home --confirm`", " --arm bench"),
+        ({"arm": "bench"}, "`armdrive home --yes`", " --arm bench"),
         ({"arm": "bench"}, "`armdrive doctor --can`", ""),
         ({"arm": "bench"}, "`armdrive home --arm x`", ""),
         ({"arm": "my arm"}, FIX, " --arm 'my arm'"),  # the settings are in its file
