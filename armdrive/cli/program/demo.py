@@ -10,11 +10,10 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
 from armdrive.arm import Arm
-from armdrive.cli.arm_files import default_arm
 from armdrive.cli.presenter import Result, as_json, put, show, tell
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import connect_simulated
-from armdrive.connect.target import DEFAULT_TARGET, simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.programs.demonstration import JOBS, CarriedBlock, blocks_of, misplaced, perform
 from armdrive.registry import DEFAULT, simulate
 from armdrive.render.canvas import draws_braille
@@ -128,9 +127,7 @@ def _summary(
             {
                 "name": each.job.name,
                 "measured_mm": round(each.measured_mm, 2),
-                "width_mm": each.job.width_mm,
                 "place_mm": [round(v, 2) for v in places.get(each.job.name, ())] or None,
-                "wanted_mm": list(each.job.to_mm),
             }
             for each in carried
         ],
@@ -154,9 +151,4 @@ def _end(
     yield f"{simulated_s:.0f} s of simulated time in {took_s:.1f} s."
     yield "Next, for example:"
     for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
-        yield f"  armdrive {words}{_simulated()}"
-
-
-def _simulated() -> str:
-    """Return what keeps the next commands on the simulated arm, where another is the default."""
-    return "" if default_arm() == DEFAULT_TARGET else f" --sim {DIALECT}"
+        yield f"  armdrive {words} --sim {DIALECT}"

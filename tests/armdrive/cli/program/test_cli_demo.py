@@ -13,11 +13,9 @@ from armdrive.cli.program.demo import CURSOR_OFF, CURSOR_ON
 from armdrive.programs.demonstration import JOBS, NEAR_ENOUGH_MM
 
 
-def test_it_stacks_every_block_in_plain_text_and_the_next_commands_work_verbatim(call, monkeypatch):
+def test_it_stacks_every_block_in_plain_text_and_the_next_commands_work_verbatim(call):
     before = call("status", "--json", code=0).json
-    monkeypatch.setenv("ARMDRIVE_ARM", "bench")  # then the next commands name the simulated arm
     said = call("demo", code=0).out  # without a terminal it is plain by itself
-    monkeypatch.delenv("ARMDRIVE_ARM")
     assert call("status", "--json", code=0).json == before  # the arm of the other commands
     assert "\x1b" not in said
     assert said.startswith("sim:teachmover (Microbot TeachMover), SIMULATED")
