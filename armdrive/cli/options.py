@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
-from armdrive.text.numbers import number, parse_speed
+from armdrive.text.numbers import number, parse_speed, whole
 from kinematics.errors import nearest_word
 from kinematics.text import filled, folded, sentence
 
@@ -288,10 +288,6 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
     add_switches(parser, {JSON_OPTION: "print JSON"})
 
 
-# Whole numbers have 64 bits wherever they go: into a file, a socket or a system call.
-_MOST_DIGITS = 18
-
-
 # The options that name an arm and how to reach it.
 ARM_OPTIONS = ("arm", "sim", "port", "dialect", "baud")
 
@@ -341,20 +337,12 @@ def duration(text: str) -> float:
 
 def count(text: str) -> int:
     """Return a whole number above 0."""
-    return _whole_from(text, 1, "above 0")
+    return whole(text, 1)
 
 
 def loops(text: str) -> int:
     """Return a whole number, where 0 stands for no end."""
-    return _whole_from(text, 0, "from 0 on")
-
-
-def _whole_from(text: str, least: int, wanted: str) -> int:
-    """Return a whole number of at least `least`; `wanted` is that bound in words."""
-    plain = text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS
-    if not plain or int(text) < least:
-        raise BadRequest(f"{text!r} is not a whole number {wanted}")
-    return int(text)
+    return whole(text, 0)
 
 
 def named_number(text: str) -> tuple[str, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from armdrive.errors import BadRequest
 
@@ -20,11 +21,15 @@ def number(word: str) -> float:
     return value
 
 
-def whole(word: str) -> int:
-    """Return a whole number. Raises `BadRequest`."""
-    if not word.isascii() or not word.strip().lstrip("+-").isdecimal():
-        raise BadRequest(f"{word!r} is not a whole number")
-    number(word)  # refuses more digits than Python converts
+# Whole numbers have 64 bits wherever they go: into a file, a socket or a system call.
+_WHOLE = r"\s*[+-]?[0-9]{1,18}\s*"
+
+
+def whole(word: str, least: int | None = None) -> int:
+    """Return a whole number, of at least `least` where that is given. Raises `BadRequest`."""
+    if not re.fullmatch(_WHOLE, word) or (least is not None and int(word) < least):
+        wanted = "" if least is None else f" from {least} on"
+        raise BadRequest(f"{word!r} is not a whole number{wanted}")
     return int(word)
 
 

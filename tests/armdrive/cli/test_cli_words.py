@@ -94,7 +94,7 @@ def test_a_usage_error_is_json_where_that_is_asked_for(call, words):
         ),
         (["fk", "0", "0"], "required"),
         (["status", "--sim", "teachmoover"], "'teachmoover'"),
-        (["status", "--baud", "0"], "'0' is not a whole number above 0"),
+        (["status", "--baud", "0"], "'0' is not a whole number from 1 on"),
         (["sim", "teachmover"], "required"),
         (["demo", "--pace", "0"], "--pace: '0' is not above 0"),
         (["move", "-sped=2"], "there is no option -sped (did you mean --speed?)"),
