@@ -115,11 +115,9 @@ def write_program(
 ) -> TaskBody[int]:
     """Write rows into the device's memory; return the number of rows written.
 
-    Rows that are already there are skipped.
-
-    Raises `Refused` if the memory has rows with other numbers, which cannot be deleted from here,
-    unless `leave_others`; and `ProgramHalfWritten` if writing ends early or the memory differs
-    afterwards.
+    Rows that are already there are skipped. Raises `Refused` if the memory has rows with other
+    numbers, which cannot be deleted from here, unless `leave_others`; and `ProgramHalfWritten` if
+    writing ends early or the memory differs afterwards.
     """
     before = yield from read_program(context)
     others = tuple(row[0] for row in before if row[0] not in {row[0] for row in rows})

@@ -140,12 +140,13 @@ def typed_name(name: str) -> str:
 
 def shown_joints(chain: Chain, values: Sequence[float]) -> dict[str, float]:
     """Return joint values in degrees and mm, by names that say so."""
-    return {
-        f"{name}_deg" if kind is JointKind.REVOLUTE else f"{name}_mm": (
-            math.degrees(value) if kind is JointKind.REVOLUTE else value
-        )
-        for name, kind, value in zip(chain.joint_names, chain.kinds, values, strict=True)
-    }
+    shown = {}
+    for name, kind, value in zip(chain.joint_names, chain.kinds, values, strict=True):
+        if kind is JointKind.REVOLUTE:
+            shown[f"{name}_deg"] = math.degrees(value)
+        else:
+            shown[f"{name}_mm"] = value
+    return shown
 
 
 # Forward and inverse.
