@@ -1,6 +1,8 @@
-"""The worked example of a system or an arm, and studies of efficiency and accuracy.
+"""Pages of `armdrive explain` about a system or an arm.
 
-Each is printed in sections for people, or as plain data.
+They are its worked example, the same in symbols, its frames found from its joint axes, its URDF,
+and the studies of efficiency and accuracy. A page is a list of sections, which are printed as text
+or as JSON.
 """
 
 from __future__ import annotations
@@ -63,7 +65,7 @@ from kinematics.transmission import Transmission
 
 
 def explain_system(options: argparse.Namespace, page: str) -> Outcome:
-    """Return a page of explain.py: a worked example, or what is asked for instead of one."""
+    """Return the page that the command line asks for; without an option, the worked example."""
     if page == EFFICIENCY:
         return _efficiency(options.joints)
     if page == ACCURACY:
@@ -84,7 +86,7 @@ def _urdf(word: str) -> Result:
     return Result({"urdf": text}, text.rstrip().split("\n"), verbatim=True)
 
 
-# A goal this near to one that is reached means that one: pages print two decimals of a mm.
+# A goal this near to a reachable one counts as that one, since pages print two decimals of a mm.
 TYPED_MM = 0.01
 
 
@@ -121,8 +123,8 @@ def _symbolic(subject: Subject, *, latex: bool) -> Result:
 
 
 def _heading(subject: Subject) -> tuple[str, ...]:
-    said = (("source", subject.source), ("angles", subject.angles))
-    stated = (f"{what}: {words}" for what, words in said if words)
+    facts = (("source", subject.source), ("angles", subject.angles))
+    stated = (f"{name}: {words}" for name, words in facts if words)
     return (subject.title, *stated, *(f"note: {sentence}" for sentence in subject.unused))
 
 
@@ -271,7 +273,7 @@ DEFAULT_DEG = (0.0, 40.0, -60.0, -70.0, 0.0)
 
 
 def _accuracy(words: Sequence[str]) -> Result:
-    """Tell what steps, lengths, zeros and gearings do to the tip of an arm in a posture."""
+    """Return how far a motor step and errors of lengths, zeros and gearing move an arm's tip."""
     model = preset(words[0] if words else DEFAULT_ARM)
     transmission = model.transmission
     if transmission is None:
@@ -302,7 +304,7 @@ def _posture(words: Sequence[str]) -> Joints:
 def _errors(
     model: ArmPreset, transmission: Transmission, joints: Joints
 ) -> Mapping[str, Sequence[TipError]]:
-    """Return the errors of the tip by what causes them."""
+    """Return the tip's errors, grouped by their cause."""
     arm = model.arm
     return {
         "a motor step": step_errors(arm, transmission, joints),
